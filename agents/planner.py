@@ -1,0 +1,136 @@
+"""What a planner is, and the planners by name."""
+
+from __future__ import annotations
+
+import importlib
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import ClassVar
+
+import numpy as np
+
+from jet_gym.balance import BalanceSettings
+from jet_gym.fitness import FitnessSettings
+from jet_gym.plan import Plan
+from jet_gym.step import Step
+from jet_gym.urdf import Array
+
+Progress = Callable[[int, int], None]
+"""Called after each swing point with how many are done and how many there are."""
+
+PLANNERS = {
+    "gas": "agents.genetic:GasPlanner",
+    "ga": "agents.genetic:GaPlanner",
+    "gaex": "agents.exhaustive:GaexPlanner",
+}
+"""Where each planner lives, by name."""
+
+
+@dataclass(frozen=True)
+class Planner(ABC):
+    """Chooses the pelvis at every swing point of a step.
+
+    Attributes:
+        balance: What counts as balanced.
+        fitness: Weights and penalties by which its plans are judged.
+    """
+
+    balance: BalanceSettings = field(default_factory=BalanceSettings)
+    fitness: FitnessSettings = field(default_factory=FitnessSettings)
+    name: ClassVar[str]
+
+    @abstractmethod
+    def plan(self, step: Step, seed: int = 0, progress: Progress | None = None) -> Plan:
+        """Plan a step.
+
+        Args:
+            step: The step.
+            seed: Seed of the search; the same seed gives the same plan to the last bit on the same machine.
+            progress: Called after each swing point.
+
+        Returns:
+            The best plan found. Where a constraint is violated, the plan says so.
+
+        Raises:
+            ValueError: If the seed is not a whole number of 0 or more.
+        """
+
+
+@dataclass(frozen=True)
+class PointByPointPlanner(Planner):
+    """A planner that goes through the swing points in order and never looks back or ahead."""
+
+    def plan(self, step: Step, seed: int = 0, progress: Progress | None = None) -> Plan:
+        """Plan a step, one swing point after the other; see :meth:`Planner.plan`."""
+        if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+            raise ValueError(f"seed must be a whole number of 0 or more, not {seed!r}")
+        generator = np.random.default_rng(seed)
+        soles, previous = step.swing_sole, step.nominal_pelvis
+        path, solve_time, evaluations = np.empty((step.points, 3)), np.empty(step.points), np.empty(step.points)
+        self.warm_up(step)
+        for point in range(step.points):
+            started = perf_counter()
+            path[point], evaluations[point] = self.choose(step, soles[point], previous, point == 0, generator)
+            solve_time[point] = perf_counter() - started
+            previous = path[point]
+            if progress is not None:
+                progress(point + 1, step.points)
+        return Plan.from_pelvis_path(
+            step,
+            path,
+            planner=self.name,
+            seed=int(seed),
+            balance=self.balance,
+            fitness=self.fitness,
+            search_range=self.search_range,
+            solve_time=solve_time,
+            evaluations=evaluations,
+        )
+
+    @property
+    @abstractmethod
+    def search_range(self) -> float:
+        """Largest move of the pelvis between two swing points, per axis [m], eq. (13)."""
+
+    @abstractmethod
+    def choose(
+        self, step: Step, swing_sole: Array, previous: Array, first: bool, generator: np.random.Generator
+    ) -> tuple[Array, int]:
+        """Choose the pelvis at one swing point.
+
+        Args:
+            step: The step.
+            swing_sole: The swing sole (3,) [m].
+            previous: Pelvis at the last swing point (3,) [m], or the nominal pelvis at the first.
+            first: Whether this is the first swing point.
+            generator: Source of random numbers.
+
+        Returns:
+            The pelvis (3,) [m] and how many postures were evaluated.
+        """
+
+    @abstractmethod
+    def warm_up(self, step: Step) -> None:
+        """Load or compile what :meth:`choose` needs, so that solve times leave it out."""
+
+
+def make_planner(
+    name: str, *, balance: BalanceSettings | None = None, fitness: FitnessSettings | None = None
+) -> Planner:
+    """Make a planner by its name.
+
+    Args:
+        name: One of :data:`PLANNERS`.
+        balance: What counts as balanced; the defaults where omitted.
+        fitness: Weights and penalties; the defaults where omitted.
+
+    Raises:
+        ValueError: If there is no such planner.
+    """
+    if name not in PLANNERS:
+        raise ValueError(f"there is no planner {name!r}; choose one of {', '.join(PLANNERS)}")
+    module, _, class_name = PLANNERS[name].partition(":")
+    planner: type[Planner] = getattr(importlib.import_module(module), class_name)
+    return planner(balance=balance or BalanceSettings(), fitness=fitness or FitnessSettings())

@@ -1,0 +1,164 @@
+"""One step of the robot: which foot swings, from where to where, past which support foot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from jet_gym.errors import StepError
+from jet_gym.robot import Robot, Side, Vector, jet_hr1
+from jet_gym.urdf import Array
+
+_NOMINAL_KNEE_BEND = 0.9  # height of the nominal pelvis above the soles over the leg length
+_LEAST_STEP = 1e-3  # [m] start and landing closer than this are one place
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step: the swing sole moves on an arc of a circle while the support sole stays.
+
+    The arc lies in the vertical plane through start and landing and rises ``apex`` above the chord between
+    them; the swing points are equally spaced in arc angle. If the landing is straight above or below the
+    start, the arc bulges away from the support foot. Positions are those of the sole frames, in the world.
+
+    Attributes:
+        swing: The leg that swings, ``"left"`` or ``"right"``.
+        start: Where the swing sole leaves (x, y, z) [m].
+        landing: Where it lands (x, y, z) [m].
+        support: Where the support sole stands (x, y, z) [m].
+        apex: Height of the arc's middle above the chord [m].
+        points: Number of swing points, both ends included.
+        duration: Time from the first to the last swing point [s]. The paper's two steps and the transition
+            between them take 24 s; 10 s a step leaves 4 s for the transition (estimated).
+        robot: The robot that steps; Jet-HR1 where omitted.
+    """
+
+    swing: Side
+    start: Vector
+    landing: Vector
+    support: Vector
+    apex: float = 0.08
+    points: int = 30
+    duration: float = 10.0
+    robot: Robot = field(default_factory=jet_hr1, repr=False)
+
+    def __post_init__(self) -> None:
+        """Refuse a step that makes no sense.
+
+        Raises:
+            StepError: A ``ValueError`` that says what is wrong.
+        """
+        if self.swing not in ("left", "right"):
+            raise StepError(f"swing must be 'left' or 'right', not {self.swing!r}")
+        for name in ("start", "landing", "support"):
+            object.__setattr__(self, name, _position(getattr(self, name), name))
+        for name in ("apex", "duration"):
+            value = _number(getattr(self, name), name)
+            if value <= 0.0:
+                raise StepError(f"{name} must be more than 0, not {value}")
+            object.__setattr__(self, name, value)
+        if isinstance(self.points, bool) or not isinstance(self.points, int | np.integer) or self.points < 2:
+            raise StepError(f"points must be a whole number of 2 or more, not {self.points!r}")
+        object.__setattr__(self, "points", int(self.points))
+        if math.dist(self.start, self.landing) < _LEAST_STEP:
+            raise StepError(f"start and landing are the same place, {self.start} m")
+        self._refuse_overlapping_feet()
+
+    @property
+    def swing_sole(self) -> Array:
+        """Positions of the swing sole at the swing points (points, 3) [m]."""
+        start, landing = np.array(self.start), np.array(self.landing)
+        chord = landing - start
+        half_chord = 0.5 * float(np.linalg.norm(chord))
+        radius = (half_chord**2 + self.apex**2) / (2.0 * self.apex)
+        half_angle = math.atan2(half_chord, radius - self.apex)
+        along, up = chord / (2.0 * half_chord), self._bulge_direction(chord)
+        angle = np.linspace(-half_angle, half_angle, self.points)[:, None]
+        center = 0.5 * (start + landing) + (self.apex - radius) * up
+        path: Array = center + radius * (np.sin(angle) * along + np.cos(angle) * up)
+        path[0], path[-1] = start, landing
+        return path
+
+    @property
+    def time(self) -> Array:
+        """Time of each swing point (points,) [s]."""
+        return np.linspace(0.0, self.duration, self.points)
+
+    @property
+    def nominal_pelvis(self) -> Array:
+        """Centre of the first search (3,) [m]: between the soles, the support leg upright and bent a little.
+
+        From the support sole it lies half a hip's width towards the swing sole, but at most half way: a
+        robot that is about to stand on one foot has its weight near it, however wide its stance.
+        """
+        start, support = np.array(self.start), np.array(self.support)
+        apart = start[:2] - support[:2]
+        distance = float(np.linalg.norm(apart))
+        hip = self.robot.leg("right" if self.swing == "left" else "left").hip
+        share = min(math.hypot(hip[0], hip[1]) / distance, 0.5)
+        height = 0.5 * (start[2] + support[2]) + _NOMINAL_KNEE_BEND * self.robot.leg_length
+        return np.array([*(support[:2] + share * apart), height])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the step as plain data, for JSON."""
+        return {
+            "swing": self.swing,
+            "start": list(self.start),
+            "landing": list(self.landing),
+            "support": list(self.support),
+            "apex": self.apex,
+            "points": self.points,
+            "duration": self.duration,
+        }
+
+    def _bulge_direction(self, chord: Array) -> Array:
+        """Return the unit vector from the chord's middle to the arc's, in the vertical plane of the chord."""
+        horizontal = math.hypot(chord[0], chord[1])
+        if horizontal < 1e-9:
+            return np.array([0.0, 1.0 if self.swing == "left" else -1.0, 0.0])
+        up = np.array([-chord[0] * chord[2], -chord[1] * chord[2], horizontal**2])
+        direction: Array = up / np.linalg.norm(up)
+        return direction
+
+    def _refuse_overlapping_feet(self) -> None:
+        swing_leg = self.robot.leg(self.swing)
+        support_leg = self.robot.leg("right" if self.swing == "left" else "left")
+        path, support = self.swing_sole, np.array(self.support)
+        ax_min, ax_max, ay_min, ay_max = swing_leg.sole_rectangle
+        bx_min, bx_max, by_min, by_max = support_leg.sole_rectangle
+        dx, dy = (path - support)[:, 0], (path - support)[:, 1]
+        overlap_x = np.minimum(dx + ax_max, bx_max) - np.maximum(dx + ax_min, bx_min)
+        overlap_y = np.minimum(dy + ay_max, by_max) - np.maximum(dy + ay_min, by_min)
+        overlap = np.minimum(overlap_x, overlap_y)
+        worst = int(np.argmax(overlap))
+        if overlap[worst] > 1e-9:
+            where = {0: "start", self.points - 1: "landing"}.get(worst, f"swing point {worst}")
+            raise StepError(
+                f"the feet overlap at the {where}: the swing sole at "
+                f"({path[worst, 0]:.3g}, {path[worst, 1]:.3g}) m reaches {1e3 * overlap[worst]:.3g} mm into "
+                f"the space of the support foot at ({support[0]:.3g}, {support[1]:.3g}) m"
+            )
+
+
+def _number(value: Any, name: str) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise StepError(f"{name} must be a finite number, not {value!r}")
+    return number
+
+
+def _position(value: Sequence[float], name: str) -> Vector:
+    try:
+        x, y, z = (float(number) for number in value)
+    except (TypeError, ValueError):
+        raise StepError(f"{name} must be three numbers x, y, z in m, not {value!r}") from None
+    if not all(map(math.isfinite, (x, y, z))):
+        raise StepError(f"{name} must be finite, not {(x, y, z)}")
+    return x, y, z
