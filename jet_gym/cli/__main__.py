@@ -1,0 +1,5 @@
+"""``python -m jet_gym.cli`` is ``jet-gym``."""
+
+from jet_gym.cli import main
+
+main()

@@ -1,0 +1,37 @@
+"""Options that several commands share, and the settings made from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+seed_option = click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the search."
+)
+seeds_option = click.option(
+    "--seeds", type=click.IntRange(min=2), default=20, show_default=True, help="How many seeds, from 0 on."
+)
+
+
+def settings_options(command: Command) -> Command:
+    """Add the options that make balance and fitness settings."""
+    for option in reversed(
+        (
+            click.option(
+                "--thrust-model",
+                type=click.Choice(["assigned", "least"]),
+                default="assigned",
+                show_default=True,
+                help="Thrust that puts the ZMP at the assigned point, or the least that balances.",
+            ),
+            click.option("--zmp-margin", type=float, help="Distance of the ZMP from the sole's edge [m]; 0.02."),
+            click.option("--max-thrust", type=float, help="Largest thrust [N]; the robot's own by default."),
+            click.option("--smoothness-weight", type=float, help="omega of eq. (18) [1/m^2]; 5e5 = 50 per cm^2."),
+        )
+    ):
+        command = option(command)
+    return command
