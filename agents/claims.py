@@ -70,8 +70,8 @@ def measure_claims(seeds: Sequence[int], progress: Callable[[int, int], None] | 
 
 def _claims_of(motion: str, by_planner: dict[str, PlanSummary]) -> list[Claim]:
     gas, ga, gaex = (by_planner[name] for name in _PLANNERS)
-    thrust = {s.planner: s.mean_thrust.mean for s in (gas, ga, gaex)}
-    times = {s.planner: s.milliseconds_per_point.mean for s in (gas, ga, gaex)}
+    thrust = {name: by_planner[name].mean_thrust.mean for name in _PLANNERS}
+    times = {name: by_planner[name].milliseconds_per_point.mean for name in _PLANNERS}
     pelvis_ratio = ga.pelvis_roughness.mean / gas.pelvis_roughness.mean
     thrust_ratio = ga.thrust_roughness.mean / gas.thrust_roughness.mean
     violated = sorted(set().union(*(s.violations for s in (gas, ga, gaex))))

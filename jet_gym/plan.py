@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -293,10 +292,10 @@ def _read_step(data: Any, robot: Robot) -> Step:
 
 
 def _read_violations(data: Any, points: int) -> tuple[tuple[str, ...], ...]:
-    known = set(CONSTRAINT_NAMES.values())
+    known = sorted(CONSTRAINT_NAMES.values())
     if not isinstance(data, list) or len(data) != points:
         raise PlanFileError(f"field 'violations' must be a list of {points} lists of names")
     for names in data:
-        if not isinstance(names, Sequence) or isinstance(names, str) or not all(name in known for name in names):
-            raise PlanFileError(f"field 'violations' may only name {sorted(known)}, not {names!r}")
+        if not isinstance(names, list) or not all(name in known for name in names):
+            raise PlanFileError(f"field 'violations' may only name {known}, not {names!r}")
     return tuple(tuple(names) for names in data)

@@ -1,0 +1,46 @@
+# `make demo` and `make test` do everything on a machine with Python 3.11; nothing else needs to be set up.
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+BIN := .venv/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+
+.PHONY: demo test lint format claims sweep benchmarks clean
+
+demo: .venv/base.installed  ## plan the paper's two motions, print the tables, draw the pictures into demo/
+	@mkdir -p demo
+	@echo "Planning the paper's two motions (the first run compiles for some seconds) ..."
+	@$(BIN)/jet-gym plan paper --planner gas --planner ga --planner gaex --output demo/plan.json --plot demo/paper.png
+
+test: .venv/full.installed lint  ## lint, types, tests with coverage
+	@$(BIN)/python -m pytest --cov --cov-report=term:skip-covered
+
+lint: .venv/full.installed
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@$(BIN)/mypy
+
+format: .venv/full.installed
+	@$(BIN)/ruff check --fix .
+	@$(BIN)/ruff format .
+
+claims sweep: .venv/base.installed  ## what the paper says, measured; what the smoothness weight does
+	@$(BIN)/jet-gym $@
+
+benchmarks: .venv/full.installed  ## speed as ratios against other libraries
+	@$(BIN)/python -m benchmarks
+
+.venv/base.installed: pyproject.toml constraints.txt | .venv/bin/python
+	@echo "Installing jet_gym into .venv ..."
+	@$(PIP) --editable .
+	@touch $@
+
+.venv/full.installed: pyproject.toml constraints.txt | .venv/bin/python
+	@echo "Installing jet_gym with everything into .venv ..."
+	@$(PIP) --editable ".[train,bench,dev]"
+	@touch $@ .venv/base.installed
+
+.venv/bin/python:
+	@echo "Making .venv with $(PYTHON) ..."
+	@$(PYTHON) -m venv .venv
+
+clean:
+	rm -rf .venv demo dist build .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis
