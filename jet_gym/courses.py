@@ -38,7 +38,7 @@ class PaperCourse:
         return {"side": self.side, "forward": self.forward}[name]
 
 
-CARTON_LENGTH = 0.210  # [m] along x
+CARTON_LENGTH, CARTON_WIDTH, CARTON_HEIGHT = 0.210, 0.110, 0.140  # [m] along x, y, z
 DITCH_SPAN = 0.450  # [m] between the cartons, along x
 
 PAPER = PaperCourse(

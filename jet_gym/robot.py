@@ -278,8 +278,9 @@ def _refuse_other_movable_joints(urdf: Urdf, leg_joints: Sequence[str]) -> None:
     for name in leg_joints:
         if name not in urdf.joints:
             raise RobotError(f"joint {name}: it is not in {urdf.path.name}; name yours in FrameNames")
-        if not urdf.joints[name].movable:
-            raise RobotError(f"joint {name}: it is fixed, but a leg needs it to turn")
+        kind = urdf.joints[name].kind
+        if kind not in ("revolute", "continuous"):
+            raise RobotError(f"joint {name}: it is {kind}, but a leg needs it to turn")
     for joint in urdf.joints.values():
         if joint.movable and joint.name not in leg_joints:
             raise RobotError(f"joint {joint.name}: it belongs to neither leg; make its type fixed")

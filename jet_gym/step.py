@@ -11,9 +11,10 @@ import numpy as np
 
 from jet_gym.errors import StepError
 from jet_gym.robot import Robot, Side, Vector, jet_hr1
+from jet_gym.swing_path import Arc, arc_of, arc_point, nominal_pelvis
 from jet_gym.urdf import Array
 
-_NOMINAL_KNEE_BEND = 0.9  # height of the nominal pelvis above the soles over the leg length
+NOMINAL_KNEE_BEND = 0.9  # height of the nominal pelvis above the soles over the leg length
 _LEAST_STEP = 1e-3  # [m] start and landing closer than this are one place
 
 
@@ -69,19 +70,15 @@ class Step:
         self._refuse_overlapping_feet()
 
     @property
+    def arc(self) -> Arc:
+        """The arc of the swing sole."""
+        return arc_of(self.start, self.landing, self.apex, 1.0 if self.swing == "left" else -1.0)
+
+    @property
     def swing_sole(self) -> Array:
         """Positions of the swing sole at the swing points (points, 3) [m]."""
-        start, landing = np.array(self.start), np.array(self.landing)
-        chord = landing - start
-        half_chord = 0.5 * float(np.linalg.norm(chord))
-        radius = (half_chord**2 + self.apex**2) / (2.0 * self.apex)
-        half_angle = math.atan2(half_chord, radius - self.apex)
-        along, up = chord / (2.0 * half_chord), self._bulge_direction(chord)
-        angle = np.linspace(-half_angle, half_angle, self.points)[:, None]
-        center = 0.5 * (start + landing) + (self.apex - radius) * up
-        path: Array = center + radius * (np.sin(angle) * along + np.cos(angle) * up)
-        path[0], path[-1] = start, landing
-        return path
+        arc, last = self.arc, self.points - 1
+        return np.array([arc_point(arc, point / last) for point in range(self.points)])
 
     @property
     def time(self) -> Array:
@@ -90,18 +87,10 @@ class Step:
 
     @property
     def nominal_pelvis(self) -> Array:
-        """Centre of the first search (3,) [m]: between the soles, the support leg upright and bent a little.
-
-        From the support sole it lies half a hip's width towards the swing sole, but at most half way: a
-        robot that is about to stand on one foot has its weight near it, however wide its stance.
-        """
-        start, support = np.array(self.start), np.array(self.support)
-        apart = start[:2] - support[:2]
-        distance = float(np.linalg.norm(apart))
+        """Centre of the first search (3,) [m], see :func:`jet_gym.swing_path.nominal_pelvis`."""
         hip = self.robot.leg("right" if self.swing == "left" else "left").hip
-        share = min(math.hypot(hip[0], hip[1]) / distance, 0.5)
-        height = 0.5 * (start[2] + support[2]) + _NOMINAL_KNEE_BEND * self.robot.leg_length
-        return np.array([*(support[:2] + share * apart), height])
+        standing_height = NOMINAL_KNEE_BEND * self.robot.leg_length
+        return np.array(nominal_pelvis(self.start, self.support, math.hypot(hip[0], hip[1]), standing_height))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the step as plain data, for JSON."""
@@ -114,15 +103,6 @@ class Step:
             "points": self.points,
             "duration": self.duration,
         }
-
-    def _bulge_direction(self, chord: Array) -> Array:
-        """Return the unit vector from the chord's middle to the arc's, in the vertical plane of the chord."""
-        horizontal = math.hypot(chord[0], chord[1])
-        if horizontal < 1e-9:
-            return np.array([0.0, 1.0 if self.swing == "left" else -1.0, 0.0])
-        up = np.array([-chord[0] * chord[2], -chord[1] * chord[2], horizontal**2])
-        direction: Array = up / np.linalg.norm(up)
-        return direction
 
     def _refuse_overlapping_feet(self) -> None:
         swing_leg = self.robot.leg(self.swing)

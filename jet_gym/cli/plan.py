@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -102,7 +102,7 @@ def plan_command(
         for name in names
     }
     pictures = _picture_paths(plot, jobs)
-    _check_paths([*files.values(), *pictures.values()])
+    _check_paths(files.values(), pictures.values())
 
     plans: dict[str, list[Plan]] = {}
     for job in jobs:
@@ -167,11 +167,15 @@ def _picture_paths(plot: Path | None, jobs: list[Job]) -> dict[tuple[str, str], 
     return paths
 
 
-def _check_paths(paths: list[Path]) -> None:
+def _check_paths(files: Iterable[Path], pictures: Iterable[Path]) -> None:
+    """Refuse paths that cannot be written before the work begins."""
+    from jet_gym.figures import check_figure_path
     from jet_gym.files import check_writable
 
-    for path in paths:
+    for path in files:
         check_writable(path)
+    for path in pictures:
+        check_figure_path(path)
 
 
 def _require_feasible(step: Step, plans: list[Plan], balance: BalanceSettings) -> None:

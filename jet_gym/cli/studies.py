@@ -20,10 +20,10 @@ def sweep_command(seeds: int, plot: Path | None) -> None:
     """
     from agents.sweep import UNITS, sweep_smoothness
     from jet_gym.cli.console import console, number, plain_table, progress_bar
-    from jet_gym.files import check_writable
+    from jet_gym.figures import check_figure_path
 
     if plot is not None:
-        check_writable(plot)
+        check_figure_path(plot)
     with progress_bar("smoothness weights") as report:
         rows = sweep_smoothness(range(seeds), progress=report)
     for motion in ("side", "forward"):

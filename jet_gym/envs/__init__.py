@@ -1,0 +1,1 @@
+"""Gymnasium environments; importing :mod:`jet_gym` registers them."""

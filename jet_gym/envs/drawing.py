@@ -1,0 +1,224 @@
+"""Random steps: how they are distributed, and a cheap check that they can be made.
+
+Seen from the support foot and mirrored to a left swing, with the difficulty ``d`` from 0 to 1 and ``U`` uniform:
+
+* start: ``x = U(-0.08, 0.08) d``, ``y = 0.225 + U(0, 0.12) d``, ``z = U(-0.03, 0.03) d`` m;
+* landing: at the angle ``U(-100, 100)`` degrees from straight aside (90 is straight ahead, -90 straight back) and
+  the distance ``0.225 + U(0, 0.575) d`` m, its height ``U(-0.06, 0.06) d`` m, or that of the start where the two
+  cartons would overlap;
+* apex ``U(0.05, 0.12)`` m above the chord; 30 to 60 swing points, equally likely; either leg.
+
+A draw is refused and repeated if the feet would overlap, if start and landing are closer than 50 mm, or if the
+check finds no posture at the start, half way or at the landing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jet_gym.balance import BalanceParameters, Stance, stance_of
+from jet_gym.compilation import entry_point, inlined
+from jet_gym.courses import CARTON_LENGTH, CARTON_WIDTH
+from jet_gym.envs.lanes import Lanes, lane_arc, lane_sole
+from jet_gym.posture import posture_at
+from jet_gym.robot import Leg, Robot, Trunk, Vector
+from jet_gym.step import NOMINAL_KNEE_BEND
+from jet_gym.swing_path import nominal_pelvis
+from jet_gym.urdf import Array
+
+TRIES = 8  # draws that one block of random numbers holds
+NUMBERS = 10  # random numbers of one draw
+LEAST_POINTS, MOST_POINTS = 30, 60
+
+_STANCE = 0.225  # [m] between the soles, aside: the paper's Fig. 5
+_FURTHEST = 0.8  # [m] from the support sole to the landing
+_WIDEST = math.radians(100.0)
+_LEAST_STEP = 0.05  # [m]
+_HEIGHTS = 6
+_THRUSTS = 5
+
+_nominal_pelvis = inlined(nominal_pelvis)
+
+
+class StepDrawer:
+    """Begins random feasible steps in lanes, each from its own generator.
+
+    Args:
+        robot: The robot.
+        balance: Balance settings.
+        difficulty: From 0 to 1.
+    """
+
+    def __init__(self, robot: Robot, balance: BalanceParameters, difficulty: float) -> None:
+        hip = robot.left.hip
+        self._numbers = (
+            robot.left,
+            robot.right,
+            robot.trunk,
+            balance,
+            difficulty,
+            math.hypot(hip[0], hip[1]),
+            NOMINAL_KNEE_BEND * robot.leg_length,
+        )
+
+    def draw(self, lanes: Lanes, selected: NDArray[np.int64], generators: Sequence[np.random.Generator]) -> None:
+        """Begin a step in each selected lane.
+
+        Args:
+            lanes: The lanes.
+            selected: Which lanes (M,).
+            generators: Their sources of random numbers, M of them; a lane's steps depend on its own alone.
+        """
+        waiting = np.arange(len(selected))
+        while len(waiting):
+            uniform = np.empty((len(waiting), TRIES, NUMBERS))
+            for row, which in zip(uniform, waiting.tolist(), strict=True):
+                generators[which].random(out=row)
+            drawn = np.zeros(len(waiting), dtype=np.bool_)
+            draw_steps(*self._numbers, uniform, lanes, selected[waiting], drawn)
+            waiting = waiting[~drawn]
+
+
+@entry_point
+def draw_steps(
+    left: Leg,
+    right: Leg,
+    trunk: Trunk,
+    balance: BalanceParameters,
+    difficulty: float,
+    hip_offset: float,
+    standing_height: float,
+    numbers: Array,
+    lanes: Lanes,
+    selected: NDArray[np.int64],
+    drawn: NDArray[np.bool_],
+) -> None:
+    """Begin the first feasible of some random steps in each selected lane.
+
+    Args:
+        left: The left leg.
+        right: The right leg.
+        trunk: The rest of the robot.
+        balance: Balance settings.
+        difficulty: From 0 to 1.
+        hip_offset: Horizontal distance from the pelvis origin to a hip [m].
+        standing_height: Height of the nominal pelvis above the soles [m].
+        numbers: Uniform random numbers (M, TRIES, NUMBERS) in [0, 1).
+        lanes: The lanes.
+        selected: Lanes to begin (M,).
+        drawn: Receives whether one of the tries was feasible (M,).
+    """
+    for i in range(len(selected)):
+        lane = selected[i]
+        for attempt in range(numbers.shape[1]):
+            _propose(difficulty, numbers[i, attempt], lanes, lane)
+            if lanes.swing_is_left[lane]:
+                feasible = _feasible(left, right, 1.0, trunk, balance, lanes, lane)
+            else:
+                feasible = _feasible(right, left, -1.0, trunk, balance, lanes, lane)
+            if feasible:
+                start, support = lanes.start[lane], lanes.support[lane]
+                pelvis = _nominal_pelvis(
+                    (start[0], start[1], start[2]),
+                    (support[0], support[1], support[2]),
+                    hip_offset,
+                    standing_height,
+                )
+                lanes.pelvis[lane, 0], lanes.pelvis[lane, 1], lanes.pelvis[lane, 2] = pelvis
+                lanes.point[lane], lanes.thrust[lane], lanes.violated[lane] = 0, 0.0, False
+                drawn[i] = True
+                break
+
+
+@inlined
+def _propose(difficulty: float, u: Array, lanes: Lanes, lane: int) -> None:
+    """Write the step that ten random numbers stand for into a lane."""
+    side = 1.0 if u[0] < 0.5 else -1.0
+    lanes.swing_is_left[lane] = u[0] < 0.5
+    support_y = -0.5 * side * _STANCE
+    lanes.support[lane, 0], lanes.support[lane, 1], lanes.support[lane, 2] = 0.0, support_y, 0.0
+    start_x = 0.16 * (u[1] - 0.5) * difficulty
+    start_y = _STANCE + 0.12 * u[2] * difficulty
+    start_z = 0.06 * (u[3] - 0.5) * difficulty
+    angle = _WIDEST * (2.0 * u[4] - 1.0)
+    distance = _STANCE + (_FURTHEST - _STANCE) * u[5] * difficulty
+    landing_x, landing_y = distance * math.sin(angle), distance * math.cos(angle)
+    cartons_overlap = (abs(landing_x - start_x) < CARTON_LENGTH) & (abs(landing_y - start_y) < CARTON_WIDTH)
+    landing_z = start_z if cartons_overlap else 0.12 * (u[6] - 0.5) * difficulty
+    lanes.start[lane, 0], lanes.start[lane, 1], lanes.start[lane, 2] = start_x, support_y + side * start_y, start_z
+    lanes.landing[lane, 0], lanes.landing[lane, 1] = landing_x, support_y + side * landing_y
+    lanes.landing[lane, 2] = landing_z
+    lanes.apex[lane] = 0.05 + 0.07 * u[7]
+    lanes.points[lane] = LEAST_POINTS + int((MOST_POINTS + 1 - LEAST_POINTS) * u[8])
+
+
+@inlined
+def _feasible(
+    swing_leg: Leg,
+    support_leg: Leg,
+    side: float,
+    trunk: Trunk,
+    balance: BalanceParameters,
+    lanes: Lanes,
+    lane: int,
+) -> bool:
+    """Check a proposed step: long enough, no feet that overlap, a posture at both ends and half way."""
+    start, landing = lanes.start[lane], lanes.landing[lane]
+    dx, dy, dz = landing[0] - start[0], landing[1] - start[1], landing[2] - start[2]
+    if dx * dx + dy * dy + dz * dz < _LEAST_STEP * _LEAST_STEP:
+        return False
+    support = (lanes.support[lane, 0], lanes.support[lane, 1], lanes.support[lane, 2])
+    arc, last = lane_arc(lanes, lane), lanes.points[lane] - 1
+    for point in range(last + 1):
+        if _overlap(swing_leg, support_leg, lane_sole(lanes, lane, arc, point), support):
+            return False
+    for point in (last, last // 2, 0):
+        stance = stance_of(
+            swing_leg, support_leg, side, balance.zmp_margin, lane_sole(lanes, lane, arc, point), support
+        )
+        if not _posture_exists(swing_leg, support_leg, trunk, balance, stance):
+            return False
+    return True
+
+
+@inlined
+def _overlap(swing_leg: Leg, support_leg: Leg, swing_sole: Vector, support_sole: Vector) -> bool:
+    a, b = swing_leg.sole_rectangle, support_leg.sole_rectangle
+    dx, dy = swing_sole[0] - support_sole[0], swing_sole[1] - support_sole[1]
+    apart_x = (dx + a[1] <= b[0]) | (b[1] <= dx + a[0])
+    apart_y = (dy + a[3] <= b[2]) | (b[3] <= dy + a[2])
+    return not (apart_x | apart_y)
+
+
+@entry_point
+def _posture_exists(
+    swing_leg: Leg, support_leg: Leg, trunk: Trunk, balance: BalanceParameters, stance: Stance
+) -> bool:
+    """Look for a posture that satisfies (8) to (11), on the line from assigned ZMP to fan and some heights.
+
+    For each height and thrust, the pelvis is moved a few times by what the centre of mass misses the place
+    where this thrust balances it. Finding none is no proof that there is none, but rare where there is one.
+    """
+    thigh = math.sqrt(support_leg.thigh[0] ** 2 + support_leg.thigh[1] ** 2 + support_leg.thigh[2] ** 2)
+    shank = math.sqrt(support_leg.shank[0] ** 2 + support_leg.shank[1] ** 2 + support_leg.shank[2] ** 2)
+    ground = min(stance.support_ankle[2], stance.swing_ankle[2])
+    to_fan_x = stance.fan[0] - stance.assigned_zmp[0]
+    to_fan_y = stance.fan[1] - stance.assigned_zmp[1]
+    for i in range(_HEIGHTS):
+        pz = ground + (0.9 - 0.13 * i) * (thigh + shank)
+        for j in range(_THRUSTS):
+            share = (0.05 + 0.9 * j / (_THRUSTS - 1)) * balance.max_thrust / balance.weight
+            target_x = stance.assigned_zmp[0] + share * to_fan_x
+            target_y = stance.assigned_zmp[1] + share * to_fan_y
+            px, py = target_x, target_y
+            for _ in range(4):
+                state = posture_at(swing_leg, support_leg, trunk, balance, stance, (px, py, pz))
+                if state.violations == 0:
+                    return True
+                px += target_x - state.center_of_mass[0]
+                py += target_y - state.center_of_mass[1]
+    return False

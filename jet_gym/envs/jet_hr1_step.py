@@ -1,0 +1,149 @@
+"""``JetHR1Step-v0``: one step of Jet-HR1, in which an agent chooses the posture at each swing point."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.error import ResetNeeded
+from gymnasium.utils import EzPickle
+from numpy.typing import NDArray
+
+from jet_gym.balance import ThrustModel
+from jet_gym.constraints import violation_names
+from jet_gym.envs.lanes import begin, empty_lanes, empty_transition
+from jet_gym.envs.model import RewardForm, TaskModel
+from jet_gym.errors import SettingsError
+from jet_gym.step import Step
+from jet_gym.urdf import Array
+
+if TYPE_CHECKING:
+    from jet_gym.envs.physics import Physics
+
+Physics_ = Literal["bullet", "quasistatic"]
+
+
+class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle):
+    """A biped with a ducted fan on each foot steps over what it can't step across.
+
+    ## Description
+
+    Jet-HR1 is a 6.8 kg biped. While one foot swings along an arc to its landing, the other one carries the
+    robot, and the fan of the swing foot carries a part of its weight. At each swing point the agent chooses
+    where the pelvis goes; the pelvis is level and turned along the line from the zero-moment point (ZMP) to the
+    fan, both soles are level and point forward, and so the pelvis fixes all twelve joints and the thrust that
+    balances the robot. The agent is to need little thrust, to move smoothly and to violate no constraint:
+    joint limits, 0 to 23 N of thrust, the edge polygon of 5 degrees, the ZMP inside the support foot.
+
+    One episode is one step. The task is that of Huang et al.'s GAS planner (equation numbers are that
+    paper's); lengths are in m, forces in N, angles in rad, x is forward, y left, z up.
+
+    ## Action Space
+
+    `Box(-1, 1, (3,), float32)`: where the pelvis goes, seen from where it is, over the search range of 0.150 m at
+    the first swing point (from the nominal pelvis between the feet) and 0.025 m at the later ones. Values beyond
+    the box are clipped; values that are not finite are refused.
+
+    | Num | Action | Min | Max | Unit |
+    |---|---|---|---|---|
+    | 0 | displacement forward | -1 | 1 | search range |
+    | 1 | displacement towards the swing side: left if the left leg swings, right if the right one does | -1 | 1 | search range |
+    | 2 | displacement upward | -1 | 1 | search range |
+
+    ## Observation Space
+
+    `Box(float32, (27,))`, seen from the support sole and mirrored so that the swing leg is always the left one, as
+    the action is. "If staying" is what the posture would be with the swing foot at the coming swing point and the
+    pelvis where it is. Components are clipped to their range.
+
+    | Num | Observation | Min | Max | Unit |
+    |---|---|---|---|---|
+    | 0 | progress: index of the coming swing point over that of the last | 0 | 1 | 1 |
+    | 1 | 1 before the first action, which spans the wider range, else 0 | 0 | 1 | 1 |
+    | 2 to 4 | pelvis x, y, z | -2 | 2 | m |
+    | 5 to 7 | swing sole at the coming swing point x, y, z | -2 | 2 | m |
+    | 8 to 10 | where the swing sole goes from there in one point x, y, z | -10 | 10 | 0.1 m |
+    | 11 to 13 | where it goes from there in three points x, y, z | -10 | 10 | 0.1 m |
+    | 14 to 16 | landing x, y, z | -2 | 2 | m |
+    | 17, 18 | centre of mass if staying x, y | -2 | 2 | m |
+    | 19 | thrust if staying | -3 | 3 | 23 N |
+    | 20 | angle of eq. (10) if staying | -10 | 10 | 5 degrees |
+    | 21 | distance from hip to ankle over the length of the straight leg if staying, swing leg | 0 | 3 | 1 |
+    | 22 | the same of the support leg | 0 | 3 | 1 |
+    | 23 | swing points to go | 0 | 10 | 30 points |
+    | 24 | last thrust asked for | 0 | 1 | 23 N |
+    | 25 | roll of the pelvis, as measured; 0 without physics | -pi | pi | rad |
+    | 26 | pitch of the pelvis, as measured; 0 without physics | -pi | pi | rad |
+
+    ## Rewards
+
+    `reward="graded"` (default) is the sum of these terms, each zero or negative, in units of a swing point at full
+    thrust. Without violation it is minus the fitness of eq. (15) over 230, that of full thrust.
+
+    | Term | Value |
+    |---|---|
+    | `thrust` | minus the thrust over 23 N; with bullet what the fan delivered, on average over the interval |
+    | `smoothness` | minus f3 of eq. (18), omega times the squared displacement, over 230; none at the first point |
+    | `reach` | a sole is out of reach: -2, and -1 more for each 0.05 m |
+    | `joint_limits` | eq. (8) fails: -2, and -1 more for each 20 degrees |
+    | `thrust_limits` | eq. (9) fails: -2, and -1 more for each 23 N |
+    | `edge_polygon` | eq. (10) fails: -2, and -1 more for each 20 degrees |
+    | `zmp` | eq. (11) fails: -2, and -1 more for each 0.05 m; with bullet the measured ZMP comes nearer than 5 mm to the sole's edge: up to -2 |
+    | `tilt` | bullet: the pelvis tilts by more than 3 degrees: -1 for each 10 degrees beyond |
+    | `fall` | bullet: the robot fell: -31, the worst that a point can cost, for this point and each one that is left |
+
+    A constraint's term is -6 at the least. `reward="fitness"` is minus f1 to f4 of eqs (16) to (22) over 230, so that
+    the return is minus the total fitness of the plan over 230; with bullet f4 takes the thrust that was delivered,
+    and `tilt` and `fall` come on top.
+
+    ## Starting State
+
+    The robot stands with both soles on their blocks, the pelvis at its nominal place between the feet.
+    Without the argument or the option `step`, a random feasible step is drawn, distributed as
+    :mod:`jet_gym.envs.drawing` says: either leg, forward, sideways, diagonal or backward, unequal heights, up to
+    the edge of what is feasible, bounded by `difficulty`.
+
+    ## Episode Termination
+
+    The episode terminates after the last swing point: a success if no constraint was violated and the robot
+    stands. With bullet it also terminates if the robot falls: it tilts by more than 30 degrees, sinks, or its
+    support foot leaves the ground, or the simulation explodes; that is no success. It is truncated after
+    500 swing points, which only a step given by the user can have.
+
+    ## Arguments
+
+    `gymnasium.make("JetHR1Step-v0", physics="bullet", reward="graded", thrust_model="assigned",
+    smoothness_weight=5e5, step=None, difficulty=1.0, time_per_point=0.2, render_mode=None)`
+
+    | Argument | Values | Meaning |
+    |---|---|---|
+    | `physics` | `"bullet"`, `"quasistatic"` | simulated by PyBullet, or the model alone |
+    | `reward` | `"graded"`, `"fitness"` | see Rewards |
+    | `thrust_model` | `"assigned"`, `"least"` | thrust for an assigned ZMP, or the least that balances |
+    | `smoothness_weight` | float | omega of eq. (18) in 1/m^2 |
+    | `step` | `jet_gym.Step` or `None` | the step of every episode, or a random one each time |
+    | `difficulty` | 0 to 1 | how far random steps may go |
+    | `time_per_point` | float | simulated time of a swing point in s; the first one takes a second |
+    | `render_mode` | `None`, `"human"`, `"rgb_array"` | PyBullet's window in real time, or frames |
+
+    `reset(options={"step": jet_gym.Step(...)})` sets the step of one episode.
+
+    ## Info
+
+    | Key | Value |
+    |---|---|
+    | `thrust`, `fitness`, `fitness_terms` | of the model: thrust in N, fitness of eq. (15), and its f1 to f4 |
+    | `reward_terms` | the terms of the reward by name |
+    | `pelvis`, `joint_positions`, `com` | posture chosen: (3,), (12,) in URDF order, (3,), world frame |
+    | `zmp`, `assigned_zmp` | ZMP under the thrust, and the one assigned, (2,), world frame |
+    | `edge_angle` | angle of eq. (10) |
+    | `violations` | names of the violated constraints |
+    | `tilt`, `measured_zmp`, `measured_thrust`, `joint_torques` | bullet: as measured, (2,) and (12,) |
+    | `fall` | bullet: why the robot fell, or an empty string |
+    | `is_success` | at the end |
+
+    ## Version History
+
+    * v0: first version.
+    """

@@ -1,0 +1,275 @@
+"""``JetHR1Step-v0`` as one batch: the quasi-static environment, thousands of episodes side by side."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+from gymnasium.error import ResetNeeded
+from gymnasium.utils.seeding import np_random as seeded_generator
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from jet_gym.constraints import CONSTRAINT_NAMES, violation_names
+from jet_gym.envs.lanes import Lanes, Transition, begin, empty_lanes, empty_transition
+from jet_gym.envs.model import TaskModel
+from jet_gym.envs.registration import MAX_EPISODE_STEPS
+from jet_gym.step import Step
+
+_LANES_PER_THREAD = 512
+_NAMES_OF_FLAGS = np.empty(2 * max(CONSTRAINT_NAMES), dtype=object)
+for _flags in range(len(_NAMES_OF_FLAGS)):
+    _NAMES_OF_FLAGS[_flags] = violation_names(_flags)
+
+Observations = NDArray[np.float32]
+Rewards = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]]):
+    """Many quasi-static ``JetHR1Step-v0`` environments in one, lane by lane equal to as many single ones.
+
+    ``gymnasium.make_vec("JetHR1Step-v0", num_envs=4096, vectorization_mode="vector_entry_point")``. Spaces,
+    reward and info are those of :class:`~jet_gym.envs.jet_hr1_step.JetHR1StepEnv` with
+    ``physics="quasistatic"``, batched as Gymnasium batches them. A lane that ends is reset in the same step:
+    ``final_obs`` and ``final_info`` hold what it ended with (``AutoresetMode.SAME_STEP``); with
+    ``autoreset_mode="NextStep"`` its next step resets it, and with ``"Disabled"`` the caller does, through
+    ``options={"reset_mask": ...}``.
+
+    Args:
+        num_envs: Number of lanes.
+        max_episode_steps: A lane is truncated after as many steps.
+        physics: ``"quasistatic"``, the only one that comes in a batch.
+        autoreset_mode: When a lane that ended is reset.
+        threads: Threads among which the lanes are divided; as many as are worth it where omitted.
+        render_mode: ``None``; a batch has no picture.
+        **task: Arguments of the single environment: ``reward``, ``thrust_model``, ``smoothness_weight``,
+            ``step``, ``difficulty``.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        max_episode_steps: int = MAX_EPISODE_STEPS,
+        physics: str = "quasistatic",
+        autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
+        threads: int | None = None,
+        render_mode: None = None,
+        **task: Any,
+    ) -> None:
+        if physics != "quasistatic":
+            raise ValueError(
+                f"the batch is quasi-static; for physics={physics!r} use vectorization_mode='sync' or 'async'"
+            )
+        if num_envs < 1 or max_episode_steps < 1:
+            raise ValueError(
+                f"num_envs and max_episode_steps must be 1 at least, not {num_envs} and {max_episode_steps}"
+            )
+        if render_mode is not None:
+            raise ValueError("a batch has no picture; render a single environment")
+        self._model = TaskModel(**task)
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.metadata = type(self).metadata | {"autoreset_mode": self.autoreset_mode}
+        self.num_envs = num_envs
+        self.single_observation_space = self._model.observation_space()
+        self.single_action_space = self._model.action_space()
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.render_mode = None
+        self._max_episode_steps = max_episode_steps
+        self._lanes: Lanes = empty_lanes(num_envs)
+        self._elapsed = np.zeros(num_envs, dtype=np.int64)
+        self._over = np.ones(num_envs, dtype=np.bool_)  # lanes that wait for their reset
+        self._attitude = np.zeros((num_envs, 2))
+        self._generators: list[np.random.Generator] = [seeded_generator(None)[0] for _ in range(num_envs)]
+        wanted = threads if threads is not None else min(os.cpu_count() or 1, num_envs // _LANES_PER_THREAD)
+        self._threads = max(1, wanted)
+        self._pool: ThreadPoolExecutor | None = None
+        self._reset_once = False
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Begin a step in every lane, or in those of ``options["reset_mask"]``.
+
+        Args:
+            seed: Seed of lane i is ``seed + i``, or one a lane; a lane without one goes on with its generator.
+            options: ``{"step": Step}`` for all lanes, ``{"reset_mask": (num_envs,) bool}``.
+
+        Returns:
+            Observations (num_envs, ...) and an empty info.
+
+        Raises:
+            ValueError: If seeds or options are wrong.
+        """
+        seeds = self._seeds(seed)
+        options = dict(options or {})
+        mask = self._reset_mask(options.pop("reset_mask", None))
+        step = self._model.read_options(options)
+        for lane in np.flatnonzero(mask).tolist():
+            if seeds[lane] is not None:
+                self._generators[lane] = seeded_generator(seeds[lane])[0]
+        self._begin(np.flatnonzero(mask), step)
+        self._reset_once = True
+        return self._observe(), {}
+
+    def step(self, actions: NDArray[np.float32]) -> tuple[Observations, Rewards, Flags, Flags, dict[str, Any]]:
+        """Choose a posture in every lane.
+
+        Args:
+            actions: Displacements of the pelvis (num_envs, 3), each in [-1, 1]; beyond that they are clipped.
+
+        Returns:
+            Observations, rewards, terminations, truncations and infos, one a lane.
+
+        Raises:
+            ValueError: If the actions have the wrong shape or are not finite.
+            ResetNeeded: Before the first reset, and with autoreset disabled for lanes that ended.
+        """
+        if not self._reset_once:
+            raise ResetNeeded("call reset() before step()")
+        if self.autoreset_mode == AutoresetMode.DISABLED and self._over.any():
+            raise ResetNeeded(f"lanes {np.flatnonzero(self._over)[:8].tolist()} ended; reset them by reset_mask")
+        chosen = self._model.check_actions(actions, self.num_envs)
+        resetting = np.flatnonzero(self._over)  # NEXT_STEP: these lanes only begin anew
+        result = empty_transition(self.num_envs)
+        self._in_threads(lambda first, last: self._model.advance(self._lanes, chosen, result, first, last))
+        self._elapsed += 1
+        rewards = self._model.rewards(result)
+        terminations = self._lanes.point >= self._lanes.points
+        truncations = (self._elapsed >= self._max_episode_steps) & ~terminations
+        rewards[resetting], terminations[resetting], truncations[resetting] = 0.0, False, False
+        over = terminations | truncations
+        infos = self._infos(result, terminations, over, resetting)
+        if self.autoreset_mode == AutoresetMode.SAME_STEP:
+            ended = np.flatnonzero(over)
+            if len(ended):
+                infos["final_obs"], infos["_final_obs"] = self._final_observations(ended), over.copy()
+                self._begin(ended, None)
+        else:
+            self._begin(resetting, None)
+            self._over = over
+        return self._observe(), rewards, terminations, truncations, infos
+
+    def close_extras(self, **_: Any) -> None:
+        """End the threads."""
+        if self._pool is not None:
+            self._pool.shutdown()
+            self._pool = None
+
+    @property
+    def np_random_seed(self) -> Any:
+        """Seeds of the lanes' generators are not kept; Gymnasium asks for -1 then."""
+        return (-1,) * self.num_envs
+
+    def _seeds(self, seed: int | Sequence[int | None] | None) -> Sequence[int | None]:
+        if seed is None:
+            return [None] * self.num_envs
+        if isinstance(seed, int | np.integer):
+            return [int(seed) + lane for lane in range(self.num_envs)]
+        if len(seed) != self.num_envs:
+            raise ValueError(f"seed must be one number or {self.num_envs} of them, not {len(seed)}")
+        return seed
+
+    def _reset_mask(self, mask: Any) -> Flags:
+        if mask is None:
+            return np.ones(self.num_envs, dtype=np.bool_)
+        if not isinstance(mask, np.ndarray) or mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
+            raise ValueError(f"options['reset_mask'] must be a bool array of shape ({self.num_envs},)")
+        if not mask.any():
+            raise ValueError("options['reset_mask'] must select a lane")
+        return mask
+
+    def _begin(self, selected: NDArray[np.int64], step: Step | None) -> None:
+        """Begin a step in the selected lanes: the given one, the one of the constructor, or a random one."""
+        if len(selected) == 0:
+            return
+        step = step or self._model.step
+        if step is None:
+            self._model.drawer.draw(self._lanes, selected, [self._generators[lane] for lane in selected])
+        else:
+            for lane in selected:
+                begin(self._lanes, lane, step)
+        self._elapsed[selected], self._over[selected] = 0, False
+
+    def _observe(self) -> Observations:
+        observations = self._model.empty_observations(self.num_envs)
+        self._in_threads(
+            lambda first, last: self._model.observe(self._lanes, self._attitude, observations, first, last)
+        )
+        return observations
+
+    def _final_observations(self, ended: NDArray[np.int64]) -> NDArray[Any]:
+        """Return the last observations of lanes that ended, as Gymnasium packs them; ``None`` elsewhere."""
+        packed = np.full(self.num_envs, None, dtype=object)
+        observations = self._observe()
+        for lane in ended:
+            packed[lane] = observations[lane].copy()
+        return packed
+
+    def _infos(
+        self, result: Transition, terminations: Flags, over: Flags, resetting: NDArray[np.int64]
+    ) -> dict[str, Any]:
+        """Return the infos of all lanes; those of lanes that are reset in this step go to ``final_info``."""
+        going_on = np.ones(self.num_envs, dtype=np.bool_)
+        going_on[resetting] = False
+        values = self._values(result)
+        same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
+        success = {"is_success": terminations & ~self._lanes.violated}
+        if not over.any():
+            return _packed(values, going_on)
+        if not same_step:
+            return _packed(values, going_on) | _packed(success, terminations)
+        final = _packed(values, over) | (_packed(success, terminations) if terminations.any() else {})
+        return _packed(values, ~over) | {"final_info": final, "_final_info": over.copy()}
+
+    def _values(self, result: Transition) -> dict[str, Any]:
+        return {
+            "thrust": result.thrust,
+            "fitness": result.fitness,
+            "fitness_terms": {f"f{i + 1}": result.fitness_terms[:, i] for i in range(4)},
+            "reward_terms": self._model.named_reward_terms(result),
+            "pelvis": result.pelvis,
+            "joint_positions": result.joint_positions,
+            "com": result.com,
+            "zmp": result.zmp,
+            "assigned_zmp": result.assigned_zmp,
+            "edge_angle": result.edge_angle,
+            "violations": _NAMES_OF_FLAGS[result.violations],
+        }
+
+    def _in_threads(self, work: Callable[[int, int], None]) -> None:
+        """Do work on ranges of lanes side by side."""
+        if self._threads == 1:
+            work(0, self.num_envs)
+            return
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix="jet_gym")
+        bounds = np.linspace(0, self.num_envs, self._threads + 1).astype(int).tolist()
+        list(self._pool.map(work, bounds[:-1], bounds[1:]))
+
+
+def _packed(values: dict[str, Any], present: Flags) -> dict[str, Any]:
+    """Return values and their masks as Gymnasium packs infos: what is not present is zero or ``None``."""
+    infos: dict[str, Any] = {}
+    everywhere = bool(present.all())
+    for name, value in values.items():
+        if isinstance(value, dict):
+            packed: Any = _packed(value, present)
+        else:
+            packed = np.ascontiguousarray(value) if everywhere else _only(value, present)
+        infos[name], infos[f"_{name}"] = packed, present.copy()
+    return infos
+
+
+def _only(value: NDArray[Any], present: Flags) -> NDArray[Any]:
+    packed = np.full(value.shape, None, dtype=object) if value.dtype == object else np.zeros_like(value, order="C")
+    packed[present] = value[present]
+    return packed

@@ -1,0 +1,19 @@
+"""The environments by their ids."""
+
+from __future__ import annotations
+
+ENVIRONMENT_ID = "JetHR1Step-v0"
+MAX_EPISODE_STEPS = 500  # an episode ends with its step; this bounds steps of very many swing points
+
+
+def register_environments() -> None:
+    """Register the environments with Gymnasium, once."""
+    from gymnasium.envs.registration import register, registry
+
+    if ENVIRONMENT_ID not in registry:
+        register(
+            id=ENVIRONMENT_ID,
+            entry_point="jet_gym.envs.jet_hr1_step:JetHR1StepEnv",
+            vector_entry_point="jet_gym.envs.jet_hr1_step_vector:JetHR1StepVectorEnv",
+            max_episode_steps=MAX_EPISODE_STEPS,
+        )

@@ -1,0 +1,84 @@
+"""What the task of choosing postures consists of: search ranges, scales of the reward, how steps are drawn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from jet_gym.errors import SettingsError
+
+REWARD_TERMS = (
+    "thrust",
+    "smoothness",
+    "reach",
+    "joint_limits",
+    "thrust_limits",
+    "edge_polygon",
+    "zmp",
+    "tilt",
+    "fall",
+)
+"""Names of the reward's terms; each is zero or negative, and the reward is their sum."""
+
+
+@dataclass(frozen=True)
+class TaskSettings:
+    """The task of ``JetHR1Step-v0``.
+
+    Attributes:
+        first_range: Half the edge of the cube that the first action spans [m], Table 2.
+        later_range: Half the edge of the cube that a later action spans [m], Table 3, eq. (13).
+        violation_cost: What a violated constraint costs at least, in units of a point at full thrust.
+        largest_cost: What it costs at most.
+        reach_scale: Distance out of reach [m] that costs one unit more.
+        angle_scale: Angle beyond a joint limit or the edge polygon [rad] that costs one unit more.
+        zmp_scale: Distance of the ZMP outside of the sole [m] that costs one unit more.
+        difficulty: How far drawn steps may go, from 0 (the feet hardly move) to 1 (the edge of feasibility).
+    """
+
+    first_range: float = 0.150
+    later_range: float = 0.025
+    violation_cost: float = 2.0
+    largest_cost: float = 6.0
+    reach_scale: float = 0.05
+    angle_scale: float = math.radians(20.0)
+    zmp_scale: float = 0.05
+    difficulty: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse settings outside of what is allowed."""
+        for name in ("first_range", "later_range", "reach_scale", "angle_scale", "zmp_scale"):
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise SettingsError(f"{name} must be a finite number of more than 0, not {getattr(self, name)}")
+        if not 0.0 <= self.violation_cost <= self.largest_cost < math.inf:
+            raise SettingsError(
+                f"violation_cost must lie between 0 and largest_cost of {self.largest_cost}, "
+                f"not {self.violation_cost}"
+            )
+        if not 0.0 <= self.difficulty <= 1.0:
+            raise SettingsError(f"difficulty must lie between 0 and 1, not {self.difficulty}")
+
+    def parameters(self) -> TaskParameters:
+        """Return the numbers for compiled code."""
+        return TaskParameters(
+            self.first_range,
+            self.later_range,
+            self.violation_cost,
+            self.largest_cost,
+            self.reach_scale,
+            self.angle_scale,
+            self.zmp_scale,
+        )
+
+
+class TaskParameters(NamedTuple):
+    """Task settings in numbers that compiled code takes by value."""
+
+    first_range: float  # [m]
+    later_range: float  # [m]
+    violation_cost: float
+    largest_cost: float
+    reach_scale: float  # [m]
+    angle_scale: float  # [rad]
+    zmp_scale: float  # [m]

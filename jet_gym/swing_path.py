@@ -1,0 +1,88 @@
+"""The path of the swing sole: an arc of a circle, as the paper's swing trajectories are.
+
+Plain scalar functions, so that a :class:`~jet_gym.step.Step` can call them without loading a compiler and the
+environments can compile them.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from jet_gym.robot import Vector
+
+_VERTICAL = 1e-9  # [m] a chord with a shorter shadow is vertical
+
+
+class Arc(NamedTuple):
+    """An arc of a circle in a vertical plane. World frame."""
+
+    start: Vector  # [m]
+    landing: Vector  # [m]
+    center: Vector  # [m] of the circle
+    along: Vector  # [m] radius along the chord
+    up: Vector  # [m] radius towards the arc's middle
+    half_angle: float  # [rad] half of the angle that the arc spans
+
+
+def arc_of(start: Vector, landing: Vector, apex: float, side: float) -> Arc:
+    """Return the arc from start to landing that rises ``apex`` above the chord between them.
+
+    Args:
+        start: Where it begins [m].
+        landing: Where it ends [m].
+        apex: Distance from the chord's middle to the arc's [m].
+        side: +1 or -1: a vertical chord's arc bulges towards +y or -y.
+    """
+    cx, cy, cz = landing[0] - start[0], landing[1] - start[1], landing[2] - start[2]
+    half_chord = 0.5 * math.sqrt(cx * cx + cy * cy + cz * cz)
+    radius = (half_chord * half_chord + apex * apex) / (2.0 * apex)
+    half_angle = math.atan2(half_chord, radius - apex)
+    shadow_squared = cx * cx + cy * cy
+    if shadow_squared < _VERTICAL * _VERTICAL:
+        ux, uy, uz = 0.0, side, 0.0
+    else:
+        scale = 1.0 / (2.0 * half_chord * math.sqrt(shadow_squared))
+        ux, uy, uz = -cx * cz * scale, -cy * cz * scale, shadow_squared * scale
+    scale = radius / (2.0 * half_chord)
+    below = apex - radius
+    center = (
+        0.5 * (start[0] + landing[0]) + below * ux,
+        0.5 * (start[1] + landing[1]) + below * uy,
+        0.5 * (start[2] + landing[2]) + below * uz,
+    )
+    along = (cx * scale, cy * scale, cz * scale)
+    return Arc(start, landing, center, along, (radius * ux, radius * uy, radius * uz), half_angle)
+
+
+def arc_point(arc: Arc, fraction: float) -> Vector:
+    """Return the point [m] at a fraction of the arc's angle; 0 is exactly the start, 1 the landing."""
+    if fraction <= 0.0:
+        return arc.start
+    if fraction >= 1.0:
+        return arc.landing
+    angle = arc.half_angle * (2.0 * fraction - 1.0)
+    s, c = math.sin(angle), math.cos(angle)
+    return (
+        arc.center[0] + s * arc.along[0] + c * arc.up[0],
+        arc.center[1] + s * arc.along[1] + c * arc.up[1],
+        arc.center[2] + s * arc.along[2] + c * arc.up[2],
+    )
+
+
+def nominal_pelvis(start: Vector, support: Vector, hip_offset: float, standing_height: float) -> Vector:
+    """Return a pelvis [m] between the soles from which a first search sets out, the support leg upright.
+
+    From the support sole it lies half a hip's width towards the swing sole, but at most half way: a robot that
+    is about to stand on one foot has its weight near it, however wide its stance.
+
+    Args:
+        start: The swing sole before the step [m].
+        support: The support sole [m].
+        hip_offset: Horizontal distance from the pelvis origin to a hip [m].
+        standing_height: Height of the pelvis above the soles [m].
+    """
+    dx, dy = start[0] - support[0], start[1] - support[1]
+    share = min(hip_offset / max(math.sqrt(dx * dx + dy * dy), _VERTICAL), 0.5)
+    height = 0.5 * (start[2] + support[2]) + standing_height
+    return (support[0] + share * dx, support[1] + share * dy, height)

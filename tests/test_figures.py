@@ -1,0 +1,412 @@
+"""Figures show what the plans hold, with units, in one scale, and without anything global."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import agents
+from jet_gym import JetGymError, Step
+from jet_gym.courses import DITCH_SPAN, PAPER
+from jet_gym.figures import (
+    check_figure_path,
+    plot_locomotion,
+    plot_smoothness_sweep,
+    plot_trajectories,
+    save_figure,
+    style,
+)
+from jet_gym.figures.scene import CARTON_HEIGHT, bodies_of, cartons_of, ditch_of
+from jet_gym.figures.stereo_view import THRUST_SCALE
+from jet_gym.plan import Plan
+from jet_gym.statistics import Interval
+
+FRAMES = 4
+SIDES = ("left", "right")
+
+
+@pytest.fixture(scope="module", params=["side", "forward"])
+def plan(request: pytest.FixtureRequest) -> Plan:
+    """A plan of each of the paper's motions; the pelvis turns in the forward one."""
+    return agents.make_planner("gas").plan(PAPER[request.param], seed=0)
+
+
+@pytest.fixture(scope="module")
+def rivals() -> list[Plan]:
+    """Plans of one step by three planners."""
+    return [agents.make_planner(name).plan(PAPER.side, seed=0) for name in ("gas", "ga", "gaex")]
+
+
+@pytest.fixture(scope="module")
+def violated(rivals: list[Plan]) -> Plan:
+    """A plan whose pelvis jumps out of the search range, and back again."""
+    path = rivals[0].pelvis.copy()
+    path[20, 2] += 0.04
+    plan = Plan.from_pelvis_path(PAPER.side, path, planner="jumper")
+    assert set(plan.violated_points) >= {20, 21}
+    return plan
+
+
+def row(motion: str, weight: float, value: float) -> Any:
+    """Return a row of a sweep whose figures are all the same."""
+    interval = Interval(value, 0.9 * value, 1.2 * value)
+    names = ("mean_thrust", "peak_thrust", "pelvis_roughness", "thrust_roughness")
+    summary = SimpleNamespace(planner="gas" if weight > 0.0 else "ga", **dict.fromkeys(names, interval))
+    return SimpleNamespace(motion=motion, smoothness_weight=weight, summary=summary)
+
+
+@pytest.fixture(scope="module")
+def sweep_rows() -> list[Any]:
+    """A sweep of two motions, not in order of weight."""
+    weights = (5e7, 5e5, 0.0, 5e3)
+    return [row(motion, weight, scale) for motion, scale in (("side", 1.0), ("forward", 2.0)) for weight in weights]
+
+
+def legend_texts(figure: Any) -> list[str]:
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+
+
+def lines_of(axes: Any, shape: tuple[int, ...]) -> Iterator[np.ndarray]:
+    """Yield what the lines of 3D axes show [m], if it has a shape."""
+    for line in axes.lines:
+        data = np.array(line.get_data_3d()).T / 1e3
+        if data.shape == shape:
+            yield data
+
+
+def assert_nothing_overlaps_or_is_cut(figure: Any) -> None:
+    figure.draw_without_rendering()
+    inches = figure.get_tightbbox()
+    width, height = figure.get_size_inches()
+    assert inches.x0 >= 0.0
+    assert inches.y0 >= 0.0
+    assert inches.x1 <= width
+    assert inches.y1 <= height
+    for legend in figure.legends:
+        for axes in figure.axes:
+            assert not legend.get_window_extent().overlaps(axes.get_tightbbox())
+    for text in figure.texts:
+        for axes in figure.axes:
+            assert not text.get_window_extent().overlaps(axes.get_window_extent())
+
+
+def test_trajectories_show_pelvis_in_millimetres_and_thrust_in_newtons(rivals: list[Plan]) -> None:
+    figure = plot_trajectories(rivals)
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert labels == ["pelvis x [mm]", "pelvis y [mm]", "pelvis z [mm]", "thrust [N]"]
+    assert figure.axes[-1].get_xlabel() == "swing point"
+    for index, axes in enumerate(figure.axes[:3]):
+        for line, plan in zip(axes.get_lines(), rivals, strict=True):
+            np.testing.assert_allclose(line.get_ydata(), 1e3 * plan.pelvis[:, index])
+    for line, plan in zip(figure.axes[3].get_lines(), rivals, strict=False):
+        np.testing.assert_allclose(line.get_ydata(), plan.thrust)
+        np.testing.assert_array_equal(line.get_xdata(), np.arange(plan.step.points))
+
+
+def test_trajectories_can_run_over_time(rivals: list[Plan]) -> None:
+    axes = plot_trajectories(rivals, against="time").axes[-1]
+    assert axes.get_xlabel() == "time [s]"
+    np.testing.assert_array_equal(axes.get_lines()[0].get_xdata(), rivals[0].time)
+
+
+def test_each_planner_is_in_the_legend_in_its_own_colour(rivals: list[Plan]) -> None:
+    figure = plot_trajectories(rivals)
+    assert [text.split(":")[0] for text in legend_texts(figure)] == ["GAS", "GA", "GAEx"]
+    looks = style.planner_styles(["gas", "ga", "gaex", "optimal", "policy", "mine", "yours"])
+    assert len({look.color for look in looks.values()}) == 7
+
+
+def test_plans_of_one_planner_are_told_apart_by_their_seed() -> None:
+    plans = [agents.make_planner("ga").plan(PAPER.side, seed=seed) for seed in (3, 4)]
+    assert [text.split(":")[0] for text in legend_texts(plot_trajectories(plans))] == ["GA, seed 3", "GA, seed 4"]
+
+
+def test_thrust_limit_is_drawn_and_visible(rivals: list[Plan]) -> None:
+    for limit in (None, 40.0):
+        axes = plot_trajectories(rivals, max_thrust=limit).axes[-1]
+        expected = PAPER.side.robot.max_thrust if limit is None else limit
+        assert any(np.allclose(line.get_ydata(), expected) for line in axes.get_lines())
+        assert axes.get_ylim()[1] > expected
+        assert any(f"{expected:g} N" in text.get_text() for text in axes.texts)
+
+
+def test_violated_points_are_marked_where_they_are(violated: Plan) -> None:
+    figure = plot_trajectories([violated])
+    k = list(violated.violated_points)
+    for axes, values in zip(figure.axes, (*(1e3 * violated.pelvis.T), violated.thrust), strict=True):
+        (crosses,) = [line for line in axes.get_lines() if line.get_marker() == "X"]
+        np.testing.assert_array_equal(crosses.get_xdata(), k)
+        np.testing.assert_allclose(crosses.get_ydata(), values[k])
+    assert f"{len(k)} of {violated.step.points} points violated" in legend_texts(figure)[0]
+    assert "a constraint is violated" in legend_texts(figure)
+
+
+def test_no_violation_no_cross(rivals: list[Plan]) -> None:
+    figure = plot_trajectories(rivals)
+    assert not any(plan.violated_points for plan in rivals)
+    assert not any(line.get_marker() == "X" for axes in figure.axes for line in axes.get_lines())
+    assert not any("violated" in text for text in legend_texts(figure))
+
+
+def test_plans_of_different_steps_do_not_share_a_figure(rivals: list[Plan]) -> None:
+    other = agents.make_planner("ga").plan(PAPER.forward, seed=0)
+    with pytest.raises(ValueError, match="'gas' and 'ga' differ"):
+        plot_trajectories([rivals[0], other])
+    with pytest.raises(ValueError, match="at least one plan"):
+        plot_trajectories([])
+    with pytest.raises(ValueError, match="'swing'"):
+        plot_trajectories(rivals, against="swing")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("landing", "words"),
+    [
+        ((0.0, 0.34, 0.0), "Left foot steps 227.5 mm to the left"),
+        ((-0.2, 0.1025, 0.05), "Left foot steps 200 mm backward and 10 mm to the right and 50 mm up"),
+    ],
+)
+def test_title_names_the_motion_in_plain_words(landing: tuple[float, float, float], words: str) -> None:
+    step = Step("left", (0.0, 0.1125, 0.0), landing, (0.0, -0.1125, 0.0), points=5)
+    headline, where = style.describe_step(step)
+    assert headline == words
+    assert where.startswith("from (0, 112.5, 0) to (")
+    assert where.endswith("the right foot stands at (0, \u2212112.5, 0) mm")
+    plan = Plan.from_pelvis_path(step, np.tile(step.nominal_pelvis, (5, 1)), planner="still")
+    assert words in [text.get_text() for text in plot_trajectories([plan]).texts]
+
+
+def test_stick_figures_stand_on_the_soles_of_the_plan(plan: Plan) -> None:
+    bodies = bodies_of(plan)
+    swing = SIDES.index(plan.step.swing)
+    np.testing.assert_allclose(bodies.soles[:, swing], plan.swing_sole, atol=1e-9)
+    support = np.broadcast_to(plan.step.support, plan.swing_sole.shape)
+    np.testing.assert_allclose(bodies.soles[:, 1 - swing], support, atol=1e-9)
+    np.testing.assert_allclose(bodies.fans[:, swing], plan.fan, atol=1e-9)
+
+
+def test_pelvis_is_in_the_middle_of_the_hips_and_turned_by_its_yaw(plan: Plan) -> None:
+    hips = bodies_of(plan).hips
+    np.testing.assert_allclose(hips.mean(axis=1), plan.pelvis, atol=1e-12)
+    across = hips[:, 0] - hips[:, 1]
+    np.testing.assert_allclose(np.arctan2(-across[:, 0], across[:, 1]), plan.pelvis_yaw, atol=1e-12)
+    np.testing.assert_allclose(bodies_of(plan).trunk_corners[:, :4].mean(axis=1), plan.pelvis, atol=1e-12)
+
+
+def test_links_keep_their_lengths_in_the_world(plan: Plan) -> None:
+    bodies = bodies_of(plan)
+    for side, leg in enumerate((plan.step.robot.left, plan.step.robot.right)):
+        chains = np.array([bodies.leg_chain(k, side) for k in range(plan.step.points)])
+        lengths = np.linalg.norm(np.diff(chains, axis=1), axis=2)
+        expected = [np.linalg.norm(link) for link in (leg.thigh, leg.shank, leg.sole)]
+        np.testing.assert_allclose(lengths, np.tile(expected, (plan.step.points, 1)), atol=1e-12)
+
+
+def test_sole_outlines_have_the_size_of_the_foot_and_lie_level(plan: Plan) -> None:
+    corners = bodies_of(plan).sole_corners
+    for side, leg in enumerate((plan.step.robot.left, plan.step.robot.right)):
+        x_min, x_max, y_min, y_max = leg.sole_rectangle
+        np.testing.assert_allclose(np.ptp(corners[:, side, :, 0], axis=1), x_max - x_min, atol=1e-9)
+        np.testing.assert_allclose(np.ptp(corners[:, side, :, 1], axis=1), y_max - y_min, atol=1e-9)
+        np.testing.assert_allclose(np.ptp(corners[:, side, :, 2], axis=1), 0.0, atol=1e-9)
+
+
+def test_both_views_draw_the_frames_that_they_name(plan: Plan) -> None:
+    stereo, above, _ = plot_locomotion(plan, FRAMES).axes
+    points = [round(k) for k in np.linspace(0, plan.step.points - 1, FRAMES)]
+    bodies = bodies_of(plan)
+    swing = SIDES.index(plan.step.swing)
+    chains = list(lines_of(stereo, (4, 3)))
+    outlines = list(lines_of(stereo, (5, 3)))
+    flat = [np.array(line.get_xydata()) / 1e3 for line in above.get_lines()]
+    assert len(chains) == len(outlines) == 2 * FRAMES
+    for point in points:
+        chain, corners = bodies.leg_chain(point, swing), bodies.sole_corners[point, swing]
+        assert any(np.allclose(drawn, chain, rtol=0.0, atol=1e-9) for drawn in chains)
+        assert any(np.allclose(drawn[:4], corners, rtol=0.0, atol=1e-9) for drawn in outlines)
+        assert any(d.shape == (4, 2) and np.allclose(d, chain[:, :2], rtol=0.0, atol=1e-9) for d in flat)
+        assert any(d.shape == (1, 2) and np.allclose(d, plan.com[point, :2]) for d in flat)
+        assert any(d.shape == (1, 2) and np.allclose(d, plan.zmp[point]) for d in flat)
+        assert any(d.shape == (1, 2) and np.allclose(d, plan.assigned_zmp[point]) for d in flat)
+
+
+def test_thrust_arrows_are_as_long_as_their_scale_says(plan: Plan) -> None:
+    stereo = plot_locomotion(plan, 2).axes[0]
+    arrow_tips = [np.array(face) for c in stereo.collections for face in c._faces if len(face) == 3]
+    for point in (0, plan.step.points - 1):
+        tip = 1e3 * plan.fan[point] + [0.0, 0.0, THRUST_SCALE * plan.thrust[point]]
+        assert any(np.allclose(face[0], tip) for face in arrow_tips)
+    assert any(text.get_text() == "10 N" for text in stereo.texts)
+
+
+def test_early_frames_are_fainter_than_late_ones() -> None:
+    strengths = [style.strength(order, 6) for order in range(6)]
+    assert strengths == sorted(strengths)
+    assert strengths[0] > 0.2
+    assert strengths[-1] == 1.0
+    np.testing.assert_allclose(style.tint("#000000", 0.25), 0.75)
+
+
+def test_locomotion_has_one_scale_on_all_axes_and_labels_with_units(plan: Plan) -> None:
+    figure = plot_locomotion(plan)
+    stereo, *flat = figure.axes
+    figure.draw_without_rendering()
+    ranges = [np.ptp(stereo.get_xlim3d()), np.ptp(stereo.get_ylim3d()), np.ptp(stereo.get_zlim3d())]
+    scale = np.array(stereo._box_aspect) / ranges
+    np.testing.assert_allclose(scale, scale[0])
+    assert [stereo.get_xlabel(), stereo.get_ylabel(), stereo.get_zlabel()] == ["x [mm]", "y [mm]", "z [mm]"]
+    for axes in flat:
+        assert axes.get_aspect() == 1.0
+        assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [mm]", "y [mm]")
+    legend = " ".join(legend_texts(figure))
+    for word in (
+        "left leg",
+        "right leg",
+        "support polygon",
+        "thrust",
+        "carton",
+        "gap",
+        "achieved ZMP",
+        "assigned ZMP",
+    ):
+        assert word in legend
+
+
+def test_cartons_carry_the_soles_and_leave_the_papers_ditch() -> None:
+    step = PAPER.forward
+    for carton, sole in zip(cartons_of(step), (step.start, step.support, step.landing), strict=True):
+        leg = step.robot.left
+        assert carton.x[0] <= sole[0] + leg.sole_rectangle[0]
+        assert carton.x[1] >= sole[0] + leg.sole_rectangle[1]
+        np.testing.assert_allclose(carton.z, (-CARTON_HEIGHT, 0.0))
+    ditch = ditch_of(step)
+    assert ditch is not None
+    assert ditch.axis == 0
+    np.testing.assert_allclose(ditch.span, DITCH_SPAN)
+    assert ditch.label == "450 mm"
+
+
+def test_a_short_step_has_no_ditch_and_is_drawn_all_the_same() -> None:
+    step = Step("right", (0.0, -0.1125, 0.0), (0.05, -0.1125, 0.03), (0.0, 0.1125, 0.0), points=3)
+    assert ditch_of(step) is None
+    plan = Plan.from_pelvis_path(step, np.tile(step.nominal_pelvis, (3, 1)), planner="still")
+    figure = plot_locomotion(plan, frames=50)
+    assert "gap" not in " ".join(legend_texts(figure))
+    assert any("swing points 0, 1 and 2" in text.get_text() for text in figure.texts)
+
+
+@pytest.mark.parametrize("frames", [1, 0, 2.5, True])
+def test_frames_that_are_no_number_of_frames_are_refused(rivals: list[Plan], frames: Any) -> None:
+    with pytest.raises(ValueError, match="frames must be a whole number of 2 or more"):
+        plot_locomotion(rivals[0], frames)
+
+
+def test_sweep_shows_means_with_intervals_over_the_weight(sweep_rows: list[Any]) -> None:
+    figure = plot_smoothness_sweep(sweep_rows)
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert [label[label.index("[") :] for label in labels] == ["[N]", "[N]", "[mm]", "[N]"]
+    for axes, scale in zip(figure.axes, (1.0, 1.0, 1e3, 1.0), strict=True):
+        assert axes.get_xscale() == "log"
+        for container, mean in zip(axes.containers, (1.0, 2.0), strict=True):
+            curve, _, (bars,) = container
+            np.testing.assert_allclose(np.asarray(curve.get_xdata(), float), [5e3, 5e5, 5e7])
+            np.testing.assert_allclose(np.asarray(curve.get_ydata(), float), scale * mean)
+            ends = np.array(bars.get_segments())[:, :, 1]
+            np.testing.assert_allclose(ends, scale * mean * np.tile([0.9, 1.2], (3, 1)))
+        reference = [line for line in axes.get_lines() if str(line.get_label()).startswith("GA (weight 0)")]
+        assert [float(line.get_ydata()[0]) for line in reference] == [scale, 2.0 * scale]
+    assert figure.axes[2].get_xlabel() == "smoothness weight ω [1/m²]"
+    assert sorted(legend_texts(figure)) == [
+        "GA (weight 0), forward", "GA (weight 0), side", "GAS, forward", "GAS, side",
+    ]  # fmt: skip
+
+
+def test_sweep_marks_the_round_units_and_the_default(sweep_rows: list[Any]) -> None:
+    axes = plot_smoothness_sweep(sweep_rows).axes[0]
+    marks = {text.get_text(): text.xy[0] for text in axes.texts}
+    assert marks == {"50 per dm²": 5e3, "50 per cm²\n(default)": 5e5, "50 per mm²": 5e7}
+
+
+def test_sweep_without_a_weight_is_refused() -> None:
+    for rows in ([], [row("side", 0.0, 1.0)]):
+        with pytest.raises(ValueError, match="at least one row"):
+            plot_smoothness_sweep(rows)
+    with pytest.raises(ValueError, match="finite numbers of 0 or more"):
+        plot_smoothness_sweep([row("side", -1.0, 1.0)])
+
+
+def test_nothing_overlaps_or_is_cut(plan: Plan, rivals: list[Plan], sweep_rows: list[Any], violated: Plan) -> None:
+    for figure in (
+        plot_locomotion(plan),
+        plot_trajectories([*rivals, violated]),
+        plot_smoothness_sweep(sweep_rows),
+    ):
+        assert_nothing_overlaps_or_is_cut(figure)
+
+
+@pytest.mark.parametrize(("name", "start"), [("a.png", b"\x89PNG"), ("b.pdf", b"%PDF"), ("c.SVG", b"<?xml")])
+def test_saved_figures_are_whole_and_the_same_every_time(
+    tmp_path: Path, sweep_rows: list[Any], name: str, start: bytes
+) -> None:
+    path = tmp_path / name
+    save_figure(plot_smoothness_sweep(sweep_rows), path, dots_per_inch=40.0)
+    first = path.read_bytes()
+    save_figure(plot_smoothness_sweep(sweep_rows), path, dots_per_inch=40.0)
+    assert first.startswith(start)
+    assert path.read_bytes() == first
+    assert [file.name for file in tmp_path.iterdir()] == [name]
+
+
+def test_a_figure_that_fails_half_way_leaves_the_old_file(tmp_path: Path) -> None:
+    def fail(path: Path, **_: Any) -> None:
+        path.write_bytes(b"half a figure")
+        raise OSError("no space left")
+
+    path = tmp_path / "figure.png"
+    path.write_bytes(b"the old one")
+    with pytest.raises(OSError, match="no space left"):
+        save_figure(SimpleNamespace(savefig=fail), path)  # type: ignore[arg-type]
+    assert path.read_bytes() == b"the old one"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("name", ["figure.gif", "figure", "figure.png.doc"])
+def test_an_unknown_suffix_is_refused_before_anything_is_drawn(tmp_path: Path, name: str) -> None:
+    for refuse in (check_figure_path, lambda path: save_figure(SimpleNamespace(), path)):  # type: ignore[arg-type]
+        with pytest.raises(ValueError, match=r"its name must end in \.png, \.pdf, \.svg") as caught:
+            refuse(tmp_path / name)
+        assert isinstance(caught.value, JetGymError)
+        assert name in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_missing_folder_is_refused_up_front(tmp_path: Path) -> None:
+    assert check_figure_path(tmp_path / "figure.svg") == tmp_path / "figure.svg"
+    with pytest.raises(FileNotFoundError):
+        check_figure_path(tmp_path / "none" / "figure.svg")
+
+
+def test_importing_figures_loads_no_matplotlib_and_drawing_no_pyplot(tmp_path: Path) -> None:
+    script = f"""
+import sys
+import jet_gym.figures
+assert "matplotlib" not in sys.modules
+from jet_gym import Step
+from jet_gym.plan import Plan
+step = Step("left", (0, 0.1125, 0), (0, 0.2, 0), (0, -0.1125, 0), points=3)
+plan = Plan.from_pelvis_path(step, [step.nominal_pelvis] * 3, planner="still")
+import matplotlib
+before = matplotlib.rcParams.copy()
+jet_gym.figures.save_figure(jet_gym.figures.plot_locomotion(plan), {str(tmp_path / "a.png")!r}, 30.0)
+jet_gym.figures.save_figure(jet_gym.figures.plot_trajectories([plan]), {str(tmp_path / "b.svg")!r})
+assert matplotlib.rcParams.copy() == before
+assert "matplotlib.pyplot" not in sys.modules
+"""
+    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
