@@ -178,9 +178,16 @@ def within_limits(leg: Leg, cosines: Six, sines: Six) -> bool:
 @inlined
 def joint_angle(leg: Leg, joint: int, cosine: float, sine: float) -> float:
     """Return a joint's angle [rad] in the URDF's direction, the turn nearest to the middle of its range."""
-    c, s = leg.range_cosines[joint], leg.range_sines[joint]
     middle = 0.5 * (leg.lower[joint] + leg.upper[joint])
-    return leg.axis_signs[joint] * (middle + math.atan2(sine * c - cosine * s, cosine * c + sine * s))
+    cosine, sine = from_middle(leg, joint, cosine, sine)
+    return leg.axis_signs[joint] * (middle + math.atan2(sine, cosine))
+
+
+@inlined
+def from_middle(leg: Leg, joint: int, cosine: float, sine: float) -> tuple[float, float]:
+    """Return cosine and sine of a joint's angle as counted from the middle of its range."""
+    c, s = leg.range_cosines[joint], leg.range_sines[joint]
+    return cosine * c + sine * s, sine * c - cosine * s
 
 
 @dataclass(frozen=True, eq=False)

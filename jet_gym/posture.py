@@ -6,7 +6,6 @@ point forward. So the position of the pelvis fixes all twelve joints, the centre
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -30,7 +29,7 @@ from jet_gym.balance import (
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, REACH, THRUST, ZMP
 from jet_gym.fitness import FitnessParameters, fitness_terms
-from jet_gym.kinematics import finite_array, joint_angle, leg_forward, leg_inverse, within_limits
+from jet_gym.kinematics import finite_array, from_middle, leg_forward, leg_inverse, within_limits
 from jet_gym.robot import Leg, Robot, Side, Six, Trunk, Vector
 from jet_gym.urdf import Array
 
@@ -213,15 +212,19 @@ def evaluate_postures(
         np.ascontiguousarray(np.broadcast_to(array, (*shape, 3)).reshape(-1, 3)) for array in arrays
     )
     count = len(pelvises)
-    joints, com, fan = np.empty((count, 12)), np.empty((count, 3)), np.empty((count, 3))
-    scalars, points = np.empty((4, count)), np.empty((2, count, 2))
+    com, fan = np.empty((count, 3)), np.empty((count, 3))
+    cosines, sines = np.empty((14, count)), np.empty((14, count))
+    scalars, points = np.empty((2, count)), np.empty((2, count, 2))
     violations = np.empty(count, dtype=np.int64)
     swing_leg, support_leg, side = swing_and_support(robot, swing)
     _evaluate(
         swing_leg, support_leg, robot.trunk, balance, side, soles, supports, pelvises,
-        joints, com, fan, scalars, points, violations,
+        cosines, sines, com, fan, scalars, points, violations,
     )  # fmt: skip
-    yaw, thrust, edge_angle, out_of_reach = (row.reshape(shape) for row in scalars)
+    angles = np.arctan2(sines, cosines)  # NumPy's runs in SIMD lanes, the compiler's does not
+    joints = _joint_positions(robot, angles[:12])
+    yaw, edge_angle = (row.reshape(shape) for row in angles[12:])
+    thrust, out_of_reach = (row.reshape(shape) for row in scalars)
     zmp, assigned_zmp = (row.reshape(*shape, 2) for row in points)
     return Postures(
         pelvis=pelvises.reshape(*shape, 3),
@@ -236,6 +239,17 @@ def evaluate_postures(
         out_of_reach=out_of_reach,
         violations=violations.reshape(shape),
     )
+
+
+def _joint_positions(robot: Robot, from_middle: Array) -> Array:
+    """Return joint positions (N, 12) from angles (12, N) counted from the middles of their ranges."""
+    legs = (robot.left, robot.right)
+    signs = np.array([sign for leg in legs for sign in leg.axis_signs])
+    middles = np.array([0.5 * (low + high) for leg in legs for low, high in zip(leg.lower, leg.upper, strict=True)])
+    joints = np.empty(from_middle.shape[::-1])
+    np.add(from_middle.T, middles, out=joints)
+    joints *= signs
+    return joints
 
 
 def swing_and_support(robot: Robot, swing: Side) -> tuple[Leg, Leg, float]:
@@ -257,7 +271,8 @@ def _evaluate(
     swing_sole: Array,
     support_sole: Array,
     pelvis: Array,
-    joint_positions: Array,
+    cosines: Array,
+    sines: Array,
     center_of_mass: Array,
     fan: Array,
     scalars: Array,
@@ -273,17 +288,19 @@ def _evaluate(
             swing_leg, support_leg, trunk, balance, stance, (pelvis[i, 0], pelvis[i, 1], pelvis[i, 2])
         )
         for joint in range(6):
-            joint_positions[i, swing_joint + joint] = joint_angle(
+            row = swing_joint + joint
+            cosines[row, i], sines[row, i] = from_middle(
                 swing_leg, joint, state.swing_cosines[joint], state.swing_sines[joint]
             )
-            joint_positions[i, 6 - swing_joint + joint] = joint_angle(
+            row = 6 - swing_joint + joint
+            cosines[row, i], sines[row, i] = from_middle(
                 support_leg, joint, state.support_cosines[joint], state.support_sines[joint]
             )
+        cosines[12, i], sines[12, i] = stance.cos_yaw, stance.sin_yaw
         sine, cosine, length_squared = edge_vectors(stance, state.center_of_mass[0], state.center_of_mass[1])
-        scalars[0, i] = math.atan2(stance.sin_yaw, stance.cos_yaw)
-        scalars[1, i] = state.thrust
-        scalars[2, i] = 0.0 if edge_undefined(length_squared) else math.atan2(sine, cosine)
-        scalars[3, i] = state.out_of_reach
+        undefined = edge_undefined(length_squared)
+        cosines[13, i], sines[13, i] = 1.0 if undefined else cosine, 0.0 if undefined else sine
+        scalars[0, i], scalars[1, i] = state.thrust, state.out_of_reach
         violations[i] = state.violations
         for axis in range(2):
             points[0, i, axis] = state.zmp[axis]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -82,8 +83,6 @@ def test_plan_of_several_planners_and_motions_names_the_files() -> None:
 def test_bad_input_is_one_sentence_and_writes_nothing(
     arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    import re
-
     assert run(arguments) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -114,7 +113,7 @@ def test_studies_print_their_tables(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["claims", "--seeds", "2"]) == 0
     output = capsys.readouterr().out
     assert "50 per cm²" in output
-    assert "GAEx is the fastest of the three" in " ".join(output.split())
+    assert "GAEx is the fastest" in output
     assert Path("sweep.png").stat().st_size > 10_000
 
 

@@ -37,7 +37,8 @@ def progress_bar(description: str) -> Iterator[ProgressCallback]:
     try:
         yield report
     finally:
-        progress.stop()
+        if progress.live.is_started:
+            progress.stop()
 
 
 def summary_table(title: str, summaries: Sequence[PlanSummary]) -> Table:

@@ -152,6 +152,9 @@ def _jobs(motion: str | None, own_step: dict[str, Any]) -> list[Job]:
 
 
 def _with_suffixes(path: Path, *suffixes: str) -> Path:
+    """Put suffixes between a file's stem and its ending; a path without a name is left for the check to refuse."""
+    if not path.name:
+        return path
     return path.with_name("-".join((path.stem, *filter(None, suffixes))) + path.suffix)
 
 

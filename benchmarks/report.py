@@ -1,0 +1,173 @@
+"""What a benchmark found, as a table for people and as JSON for machines."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import platform
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.timing import take_one_core
+
+_PACKAGES = ("numpy", "numba", "llvmlite", "gymnasium", "pybullet", "pin", "pymoo", "deap", "cmaes")
+_PREFIXES = {-5: "f", -4: "p", -3: "n", -2: "µ", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One number.
+
+    Attributes:
+        what: What was measured.
+        value: The median.
+        unit: ``"s"``, ``"m"`` or another that takes SI prefixes; ``"x"`` for a ratio, ``"%"``, or none.
+        lowest: Smallest value of any round, where that is known.
+        highest: Largest value of any round.
+        goal: What it should be.
+        at_least: Whether more is better than the goal.
+    """
+
+    what: str
+    value: float
+    unit: str = ""
+    lowest: float | None = None
+    highest: float | None = None
+    goal: float | None = None
+    at_least: bool = False
+
+    @property
+    def met(self) -> bool | None:
+        """Whether the goal is met; nothing where there is none."""
+        if self.goal is None:
+            return None
+        return self.value >= self.goal if self.at_least else self.value <= self.goal
+
+    def row(self) -> tuple[str, str, str, str, str]:
+        """Return the cells of the table."""
+        spread = goal = ""
+        if self.lowest is not None and self.highest is not None:
+            spread = f"{with_unit(self.lowest, self.unit)} to {with_unit(self.highest, self.unit)}"
+        if self.goal is not None:
+            goal = f"{'at least' if self.at_least else 'at most'} {with_unit(self.goal, self.unit)}"
+        verdict = {None: "", True: "[green]met[/]", False: "[red]missed[/]"}[self.met]
+        return self.what, with_unit(self.value, self.unit), spread, goal, verdict
+
+
+@dataclass
+class Report:
+    """What one benchmark found.
+
+    Attributes:
+        title: Its heading.
+        findings: The numbers.
+        notes: What a reader should know besides.
+    """
+
+    title: str
+    findings: list[Finding] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    def add(self, what: str, value: float, unit: str = "", **more: Any) -> None:
+        """Add a number; see :class:`Finding`."""
+        self.findings.append(Finding(what, float(value), unit, **more))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the report as plain data, for JSON."""
+        findings = [{**asdict(finding), "met": finding.met} for finding in self.findings]
+        return {"title": self.title, "findings": findings, "notes": self.notes}
+
+    def has(self, module: str) -> bool:
+        """Tell whether an optional library is there; note it if not."""
+        there = find_spec(module) is not None
+        if not there:
+            self.notes.append(f"{module} is not installed and left out; pip install jet-gym[bench] adds it.")
+        return there
+
+
+def with_unit(value: float, unit: str) -> str:
+    """Write a number with three digits and an SI prefix."""
+    if unit in ("x", "%", ""):
+        return f"{value:.3g}" + unit if abs(value) < 999.5 else f"{value:,.0f}{unit}"
+    step = math.floor(math.log10(1.0005 * abs(value)) / 3.0) if value else 0
+    step = min(max(step, min(_PREFIXES)), max(_PREFIXES))
+    return f"{value / 1000.0**step:.3g} {_PREFIXES[step]}{unit}"
+
+
+def machine() -> dict[str, str]:
+    """Describe the machine by what matters to speed, and by nothing that tells whose it is."""
+    processor = _processor()
+    flags = processor.get("flags", "").split()
+    simd = next((bits for flag, bits in (("avx512f", 512), ("avx2", 256), ("sse2", 128)) if flag in flags), 0)
+    packages = [f"{name} {number}" for name in _PACKAGES if (number := _version(name))]
+    return {
+        "processor": processor.get("model name", platform.processor() or platform.machine()),
+        "cores": f"{os.cpu_count()}, one of them used",
+        "SIMD": f"{simd} bit" if simd else "unknown",
+        "system": f"{platform.system()} {platform.machine()}",
+        "Python": f"{platform.python_implementation()} {platform.python_version()}",
+        "packages": ", ".join(packages),
+    }
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def _processor() -> dict[str, str]:
+    """Return what Linux says of the first core."""
+    source = Path("/proc/cpuinfo")
+    if not source.is_file():
+        return {}
+    pairs = (line.partition(":") for line in source.read_text().split("\n\n")[0].splitlines())
+    return {name.strip(): value.strip() for name, _, value in pairs}
+
+
+def show(reports: Sequence[Report], json_file: Path | None = None) -> None:
+    """Print the machine and one table of all findings; write them to a file too, where asked."""
+    console = Console()
+    for name, value in machine().items():
+        console.print(f"{name}: {value}", highlight=False)
+    table = Table("What", "Measured", "Spread", "Goal", "")
+    for column in table.columns[1:4]:
+        column.justify = "right"
+    for report in reports:
+        table.add_section()
+        table.add_row(f"[bold]{report.title}[/]")
+        for finding in report.findings:
+            table.add_row(*finding.row())
+    console.print(table)
+    for note in (note for report in reports for note in report.notes):
+        console.print(f"* {note}", highlight=False, markup=False)
+    if json_file is not None:
+        content = {"machine": machine(), "benchmarks": [report.to_dict() for report in reports]}
+        json_file.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+
+
+def command_line(description: str, *benchmarks: Callable[[int], Report]) -> None:
+    """Run benchmarks from the command line.
+
+    Args:
+        description: What ``--help`` says.
+        benchmarks: Called with the number of rounds, one after the other.
+    """
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--rounds", type=int, default=15, help="turns of each contestant (default: %(default)s)")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the numbers to this file too")
+    arguments = parser.parse_args()
+    if arguments.rounds < 1:
+        parser.error(f"--rounds must be 1 or more, not {arguments.rounds}")
+    take_one_core()
+    show([benchmark(arguments.rounds) for benchmark in benchmarks], arguments.json)
