@@ -190,6 +190,15 @@ def from_middle(leg: Leg, joint: int, cosine: float, sine: float) -> tuple[float
     return cosine * c + sine * s, sine * c - cosine * s
 
 
+def joint_positions_from_middle(robot: Robot, from_middle: Array) -> Array:
+    """Return joint positions (..., 12) [rad] from angles (..., 12) counted from the middles of their ranges."""
+    legs = (robot.left, robot.right)
+    middles = [0.5 * (low + high) for leg in legs for low, high in zip(leg.lower, leg.upper, strict=True)]
+    joint_positions: Array = from_middle + np.array(middles)
+    joint_positions *= np.array([sign for leg in legs for sign in leg.axis_signs])
+    return joint_positions
+
+
 @dataclass(frozen=True, eq=False)
 class BodyPoints:
     """Where a robot's points are, in the pelvis frame; a leading shape ``(...)`` for a batch.

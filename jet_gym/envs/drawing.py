@@ -24,7 +24,7 @@ from jet_gym.balance import BalanceParameters, Stance, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.courses import CARTON_LENGTH, CARTON_WIDTH
 from jet_gym.envs.lanes import Lanes, lane_arc, lane_sole
-from jet_gym.posture import posture_at
+from jet_gym.posture_state import posture_at
 from jet_gym.robot import Leg, Robot, Trunk, Vector
 from jet_gym.step import NOMINAL_KNEE_BEND
 from jet_gym.swing_path import nominal_pelvis
@@ -38,8 +38,9 @@ _STANCE = 0.225  # [m] between the soles, aside: the paper's Fig. 5
 _FURTHEST = 0.8  # [m] from the support sole to the landing
 _WIDEST = math.radians(100.0)
 _LEAST_STEP = 0.05  # [m]
-_HEIGHTS = 6
-_THRUSTS = 5
+_HEIGHTS = 8  # that the check tries
+_THRUSTS = 6  # likewise
+_CORRECTIONS = 4  # of the pelvis, for each height and thrust
 
 _nominal_pelvis = inlined(nominal_pelvis)
 
@@ -198,27 +199,41 @@ def _overlap(swing_leg: Leg, support_leg: Leg, swing_sole: Vector, support_sole:
 def _posture_exists(
     swing_leg: Leg, support_leg: Leg, trunk: Trunk, balance: BalanceParameters, stance: Stance
 ) -> bool:
-    """Look for a posture that satisfies (8) to (11), on the line from assigned ZMP to fan and some heights.
+    """Look for a posture that satisfies (8) to (11), the centre of mass between assigned ZMP and swing ankle.
 
-    For each height and thrust, the pelvis is moved a few times by what the centre of mass misses the place
-    where this thrust balances it. Finding none is no proof that there is none, but rare where there is one.
+    For each thrust, and each height up to where a leg is straight, the pelvis is moved a few times by what the
+    centre of mass misses the place where this thrust balances it. Finding none is no proof that there is none.
     """
-    thigh = math.sqrt(support_leg.thigh[0] ** 2 + support_leg.thigh[1] ** 2 + support_leg.thigh[2] ** 2)
-    shank = math.sqrt(support_leg.shank[0] ** 2 + support_leg.shank[1] ** 2 + support_leg.shank[2] ** 2)
-    ground = min(stance.support_ankle[2], stance.swing_ankle[2])
-    to_fan_x = stance.fan[0] - stance.assigned_zmp[0]
-    to_fan_y = stance.fan[1] - stance.assigned_zmp[1]
+    zmp_x, zmp_y = stance.assigned_zmp
+    to_fan_x, to_fan_y = stance.fan[0] - zmp_x, stance.fan[1] - zmp_y
+    to_ankle_x, to_ankle_y = stance.swing_ankle[0] - zmp_x, stance.swing_ankle[1] - zmp_y
+    stretch = (to_fan_x**2 + to_fan_y**2) / max(to_ankle_x * to_fan_x + to_ankle_y * to_fan_y, 1e-9)
     for i in range(_HEIGHTS):
-        pz = ground + (0.9 - 0.13 * i) * (thigh + shank)
         for j in range(_THRUSTS):
-            share = (0.05 + 0.9 * j / (_THRUSTS - 1)) * balance.max_thrust / balance.weight
-            target_x = stance.assigned_zmp[0] + share * to_fan_x
-            target_y = stance.assigned_zmp[1] + share * to_fan_y
+            share = stretch * (0.02 + 0.97 * j / (_THRUSTS - 1)) * balance.max_thrust / balance.weight
+            target_x, target_y = zmp_x + share * to_ankle_x, zmp_y + share * to_ankle_y
             px, py = target_x, target_y
-            for _ in range(4):
+            for _ in range(_CORRECTIONS):
+                highest = min(
+                    _straight_height(swing_leg, stance, px, py, stance.swing_ankle),
+                    _straight_height(support_leg, stance, px, py, stance.support_ankle),
+                )
+                lowest = max(stance.swing_ankle[2], stance.support_ankle[2])
+                pz = lowest + (0.995 - 0.09 * i) * (highest - lowest)
                 state = posture_at(swing_leg, support_leg, trunk, balance, stance, (px, py, pz))
                 if state.violations == 0:
                     return True
                 px += target_x - state.center_of_mass[0]
                 py += target_y - state.center_of_mass[1]
     return False
+
+
+@inlined
+def _straight_height(leg: Leg, stance: Stance, px: float, py: float, ankle: Vector) -> float:
+    """Return the pelvis height [m] at which a leg is straight; that of its ankle if it cannot reach."""
+    dx = px + stance.cos_yaw * leg.hip[0] - stance.sin_yaw * leg.hip[1] - ankle[0]
+    dy = py + stance.sin_yaw * leg.hip[0] + stance.cos_yaw * leg.hip[1] - ankle[1]
+    thigh = math.sqrt(leg.thigh[0] ** 2 + leg.thigh[1] ** 2 + leg.thigh[2] ** 2)
+    shank = math.sqrt(leg.shank[0] ** 2 + leg.shank[1] ** 2 + leg.shank[2] ** 2)
+    length = thigh + shank
+    return ankle[2] - leg.hip[2] + math.sqrt(max(length * length - dx * dx - dy * dy, 0.0))

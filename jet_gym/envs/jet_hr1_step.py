@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, get_args
 
 import gymnasium as gym
 import numpy as np
 from gymnasium.error import ResetNeeded
 from gymnasium.utils import EzPickle
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.balance import ThrustModel
 from jet_gym.constraints import violation_names
-from jet_gym.envs.lanes import begin, empty_lanes, empty_transition
+from jet_gym.envs.lanes import Transition, begin, empty_lanes, empty_transition, step_of_lane
 from jet_gym.envs.model import RewardForm, TaskModel
+from jet_gym.envs.physics import BulletPhysics, Picture
 from jet_gym.errors import SettingsError
 from jet_gym.step import Step
 from jet_gym.urdf import Array
 
-if TYPE_CHECKING:
-    from jet_gym.envs.physics import Physics
+PhysicsKind = Literal["bullet", "quasistatic"]
+RenderMode = Literal["human", "rgb_array"]
 
-Physics_ = Literal["bullet", "quasistatic"]
+_ONLY_LANE = np.zeros(1, dtype=np.int64)
 
 
 class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle):
@@ -36,8 +37,8 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     balances the robot. The agent is to need little thrust, to move smoothly and to violate no constraint:
     joint limits, 0 to 23 N of thrust, the edge polygon of 5 degrees, the ZMP inside the support foot.
 
-    One episode is one step. The task is that of Huang et al.'s GAS planner (equation numbers are that
-    paper's); lengths are in m, forces in N, angles in rad, x is forward, y left, z up.
+    One episode is one step. The task is that of GAS, the posture optimiser in the paper on Jet-HR1, whose
+    equation numbers are used here; lengths are in m, forces in N, angles in rad, x is forward, y left, z up.
 
     ## Action Space
 
@@ -48,7 +49,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     | Num | Action | Min | Max | Unit |
     |---|---|---|---|---|
     | 0 | displacement forward | -1 | 1 | search range |
-    | 1 | displacement towards the swing side: left if the left leg swings, right if the right one does | -1 | 1 | search range |
+    | 1 | displacement towards the side of the swing leg | -1 | 1 | search range |
     | 2 | displacement upward | -1 | 1 | search range |
 
     ## Observation Space
@@ -89,13 +90,14 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     | `joint_limits` | eq. (8) fails: -2, and -1 more for each 20 degrees |
     | `thrust_limits` | eq. (9) fails: -2, and -1 more for each 23 N |
     | `edge_polygon` | eq. (10) fails: -2, and -1 more for each 20 degrees |
-    | `zmp` | eq. (11) fails: -2, and -1 more for each 0.05 m; with bullet the measured ZMP comes nearer than 5 mm to the sole's edge: up to -2 |
+    | `zmp` | eq. (11) fails: -2, and -1 more for each 0.05 m |
+    | `zmp` with bullet | the measured ZMP comes within 5 mm of the sole's edge: down to -2 at the edge |
     | `tilt` | bullet: the pelvis tilts by more than 3 degrees: -1 for each 10 degrees beyond |
-    | `fall` | bullet: the robot fell: -31, the worst that a point can cost, for this point and each one that is left |
+    | `fall` | bullet: the robot fell: -31, the worst of a point, for this one and each that is left |
 
-    A constraint's term is -6 at the least. `reward="fitness"` is minus f1 to f4 of eqs (16) to (22) over 230, so that
-    the return is minus the total fitness of the plan over 230; with bullet f4 takes the thrust that was delivered,
-    and `tilt` and `fall` come on top.
+    A constraint's term is -6 at the least. `reward="fitness"` is minus f1 to f4 of eqs (16) to (22) over 230, so
+    that the return is minus the total fitness of the plan over 230; with bullet f4 takes the thrust that was
+    delivered, and `zmp`, `tilt` and `fall` come on top.
 
     ## Starting State
 
@@ -147,3 +149,173 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
 
     * v0: first version.
     """
+
+    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 5}  # noqa: RUF012
+
+    def __init__(
+        self,
+        render_mode: RenderMode | None = None,
+        *,
+        physics: PhysicsKind = "bullet",
+        reward: RewardForm = "graded",
+        thrust_model: ThrustModel = "assigned",
+        smoothness_weight: float | None = None,
+        step: Step | None = None,
+        difficulty: float = 1.0,
+        time_per_point: float = 0.2,
+    ) -> None:
+        EzPickle.__init__(
+            self,
+            render_mode,
+            physics=physics,
+            reward=reward,
+            thrust_model=thrust_model,
+            smoothness_weight=smoothness_weight,
+            step=step,
+            difficulty=difficulty,
+            time_per_point=time_per_point,
+        )
+        if physics not in get_args(PhysicsKind):
+            raise SettingsError(f"physics must be 'bullet' or 'quasistatic', not {physics!r}")
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            raise SettingsError(f"render_mode must be None, 'human' or 'rgb_array', not {render_mode!r}")
+        if not 0.0 < time_per_point < float("inf"):
+            raise SettingsError(f"time_per_point must be more than 0 s, not {time_per_point}")
+        self.render_mode = render_mode
+        self.metadata = type(self).metadata | {"render_fps": max(1, round(1.0 / time_per_point))}
+        self.model = TaskModel(reward, thrust_model, smoothness_weight, step, difficulty)
+        self.observation_space = self.model.observation_space()
+        self.action_space = self.model.action_space()
+        self._physics = (
+            BulletPhysics(self.model, time_per_point, window=render_mode == "human")
+            if physics == "bullet"
+            else None
+        )
+        self._picture: Picture | None = None
+        self._lanes = empty_lanes(1)
+        self._attitude = np.zeros((1, 2))
+        self._running = False
+
+    @property
+    def current_step(self) -> Step:
+        """The step of this episode."""
+        return step_of_lane(self._lanes, 0, self.model.robot)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begin an episode.
+
+        Args:
+            seed: Seed of this environment's random numbers; it goes on with them where omitted.
+            options: ``{"step": jet_gym.Step(...)}``, or nothing for a random step.
+
+        Returns:
+            The observation and an empty info.
+
+        Raises:
+            ValueError: If an option is wrong.
+        """
+        super().reset(seed=seed)
+        step = self.model.read_options(options) or self.model.step
+        if step is None:
+            self.model.drawer.draw(self._lanes, _ONLY_LANE, [self.np_random])
+        else:
+            begin(self._lanes, 0, step)
+        self._attitude[:] = 0.0
+        if self._physics is not None:
+            self._attitude[0] = self._physics.reset(self.current_step)
+        if self._picture is not None:
+            self._picture.reset(self.current_step)
+        self._running = True
+        if self.render_mode == "human":
+            self.render()
+        return self._observe(), {}
+
+    def step(self, action: ArrayLike) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """Choose the posture at one swing point.
+
+        Args:
+            action: Displacement of the pelvis (3,) over the search range, in [-1, 1].
+
+        Returns:
+            Observation, reward, terminated, truncated (never here) and info.
+
+        Raises:
+            ValueError: If the action has the wrong shape or is not finite.
+            ResetNeeded: Before the first reset and after the end of an episode.
+        """
+        if not self._running:
+            raise ResetNeeded("the episode has not begun or is over; call reset()")
+        chosen = self.model.check_actions(np.asarray(action, dtype=np.float64)[None], 1)
+        result = empty_transition(1)
+        self.model.advance(self._lanes, chosen, _ONLY_LANE, result)
+        reward, terms = float(self.model.rewards(result)[0]), self.model.named_reward_terms(result)
+        terminated = bool(self._lanes.point[0] >= self._lanes.points[0])
+        success = terminated and not self._lanes.violated[0]
+        info = self._info(result)
+        info["reward_terms"] = {name: float(value[0]) for name, value in terms.items()}
+        if self._physics is not None:
+            points_left = int(self._lanes.points[0] - self._lanes.point[0])
+            outcome = self._physics.advance(result, points_left, info["reward_terms"])
+            self._attitude[0] = outcome.attitude
+            info.update(outcome.info)
+            info["reward_terms"] = outcome.reward_terms
+            reward = float(sum(outcome.reward_terms.values()))
+            terminated = terminated or outcome.fallen
+            success = success and not outcome.fallen
+        if terminated:
+            info["is_success"] = bool(success)
+            self._running = False
+        if self.render_mode == "human":
+            self.render()
+        return self._observe(), reward, terminated, False, info
+
+    def action_to(self, pelvis: ArrayLike) -> Array:
+        """Return the action (3,) that moves the pelvis to a position (3,) [m], world frame.
+
+        It is not clipped: beyond [-1, 1] the position is out of the search range.
+        """
+        task = self.model.settings
+        half = task.first_range if self._lanes.point[0] == 0 else task.later_range
+        action = (np.asarray(pelvis, dtype=np.float64) - self._lanes.pelvis[0]) / half
+        action[1] *= 1.0 if self._lanes.swing_is_left[0] else -1.0
+        return np.asarray(action)
+
+    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+        """Return a frame (height, width, 3), or show it in PyBullet's window."""
+        if self.render_mode is None:
+            gym.logger.warn("render() needs render_mode='human' or 'rgb_array' in gymnasium.make()")
+            return None
+        if self._picture is None:
+            self._picture = Picture(self.model, self._physics, window=self.render_mode == "human")
+            self._picture.reset(self.current_step)
+        return self._picture.frame(self._lanes)
+
+    def close(self) -> None:
+        """Close simulation and window; again is no error."""
+        for owner in (self._picture, self._physics):
+            if owner is not None:
+                owner.close()
+        self._running = False
+
+    def _observe(self) -> NDArray[np.float32]:
+        observations = self.model.empty_observations(1)
+        self.model.observe(self._lanes, self._attitude, _ONLY_LANE, observations)
+        return observations[0]
+
+    def _info(self, result: Transition) -> dict[str, Any]:
+        """Return the model's part of the info."""
+        return {
+            "thrust": float(result.thrust[0]),
+            "fitness": float(result.fitness[0]),
+            "fitness_terms": {f"f{i + 1}": float(result.fitness_terms[0, i]) for i in range(4)},
+            "reward_terms": {},
+            "pelvis": result.pelvis[0],
+            "joint_positions": result.joint_positions[0],
+            "com": result.com[0],
+            "zmp": result.zmp[0],
+            "assigned_zmp": result.assigned_zmp[0],
+            "edge_angle": float(result.edge_angle[0]),
+            "violations": violation_names(int(result.violations[0])),
+        }

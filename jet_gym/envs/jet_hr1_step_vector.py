@@ -91,6 +91,7 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
         self._generators: list[np.random.Generator] = [seeded_generator(None)[0] for _ in range(num_envs)]
         wanted = threads if threads is not None else min(os.cpu_count() or 1, num_envs // _LANES_PER_THREAD)
         self._threads = max(1, wanted)
+        self._shares = np.array_split(np.arange(num_envs), self._threads)
         self._pool: ThreadPoolExecutor | None = None
         self._reset_once = False
 
@@ -140,7 +141,7 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
         chosen = self._model.check_actions(actions, self.num_envs)
         resetting = np.flatnonzero(self._over)  # NEXT_STEP: these lanes only begin anew
         result = empty_transition(self.num_envs)
-        self._in_threads(lambda first, last: self._model.advance(self._lanes, chosen, result, first, last))
+        self._in_threads(lambda lanes: self._model.advance(self._lanes, chosen, lanes, result))
         self._elapsed += 1
         rewards = self._model.rewards(result)
         terminations = self._lanes.point >= self._lanes.points
@@ -148,15 +149,16 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
         rewards[resetting], terminations[resetting], truncations[resetting] = 0.0, False, False
         over = terminations | truncations
         infos = self._infos(result, terminations, over, resetting)
-        if self.autoreset_mode == AutoresetMode.SAME_STEP:
-            ended = np.flatnonzero(over)
-            if len(ended):
-                infos["final_obs"], infos["_final_obs"] = self._final_observations(ended), over.copy()
-                self._begin(ended, None)
-        else:
+        if self.autoreset_mode != AutoresetMode.SAME_STEP:
             self._begin(resetting, None)
             self._over = over
-        return self._observe(), rewards, terminations, truncations, infos
+            return self._observe(), rewards, terminations, truncations, infos
+        observations, ended = self._observe(), np.flatnonzero(over)
+        if len(ended):
+            infos["final_obs"], infos["_final_obs"] = _packed_observations(observations, over), over.copy()
+            self._begin(ended, None)
+            self._model.observe(self._lanes, self._attitude, ended, observations)
+        return observations, rewards, terminations, truncations, infos
 
     def close_extras(self, **_: Any) -> None:
         """End the threads."""
@@ -201,18 +203,8 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
 
     def _observe(self) -> Observations:
         observations = self._model.empty_observations(self.num_envs)
-        self._in_threads(
-            lambda first, last: self._model.observe(self._lanes, self._attitude, observations, first, last)
-        )
+        self._in_threads(lambda lanes: self._model.observe(self._lanes, self._attitude, lanes, observations))
         return observations
-
-    def _final_observations(self, ended: NDArray[np.int64]) -> NDArray[Any]:
-        """Return the last observations of lanes that ended, as Gymnasium packs them; ``None`` elsewhere."""
-        packed = np.full(self.num_envs, None, dtype=object)
-        observations = self._observe()
-        for lane in ended:
-            packed[lane] = observations[lane].copy()
-        return packed
 
     def _infos(
         self, result: Transition, terminations: Flags, over: Flags, resetting: NDArray[np.int64]
@@ -245,15 +237,14 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
             "violations": _NAMES_OF_FLAGS[result.violations],
         }
 
-    def _in_threads(self, work: Callable[[int, int], None]) -> None:
-        """Do work on ranges of lanes side by side."""
+    def _in_threads(self, work: Callable[[NDArray[np.int64]], None]) -> None:
+        """Do work on shares of the lanes side by side."""
         if self._threads == 1:
-            work(0, self.num_envs)
+            work(self._shares[0])
             return
         if self._pool is None:
             self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix="jet_gym")
-        bounds = np.linspace(0, self.num_envs, self._threads + 1).astype(int).tolist()
-        list(self._pool.map(work, bounds[:-1], bounds[1:]))
+        list(self._pool.map(work, self._shares))
 
 
 def _packed(values: dict[str, Any], present: Flags) -> dict[str, Any]:
@@ -270,6 +261,14 @@ def _packed(values: dict[str, Any], present: Flags) -> dict[str, Any]:
 
 
 def _only(value: NDArray[Any], present: Flags) -> NDArray[Any]:
-    packed = np.full(value.shape, None, dtype=object) if value.dtype == object else np.zeros_like(value, order="C")
-    packed[present] = value[present]
+    packed = np.array(value, order="C")
+    packed[~present] = None if value.dtype == object else 0
+    return packed
+
+
+def _packed_observations(observations: Observations, present: Flags) -> NDArray[Any]:
+    """Return an array of observations as objects, ``None`` where there is none, as Gymnasium packs them."""
+    packed = np.full(len(observations), None, dtype=object)
+    for lane in np.flatnonzero(present).tolist():
+        packed[lane] = observations[lane].copy()
     return packed

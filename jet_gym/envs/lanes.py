@@ -12,14 +12,28 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.balance import BalanceParameters, Stance, edge_undefined, edge_vectors, stance_of
+from jet_gym.balance import BalanceParameters, Rectangle, Stance, edge_undefined, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, REACH, THRUST, ZMP
 from jet_gym.envs.settings import REWARD_TERMS, TaskParameters
 from jet_gym.fitness import FitnessParameters, fitness_terms
-from jet_gym.kinematics import joint_angle
-from jet_gym.posture import PostureState, posture_at
-from jet_gym.robot import Leg, Trunk, Vector
+from jet_gym.posture_block import (
+    BLOCK,
+    COM,
+    COSINES,
+    EDGE,
+    FOUND_ROWS,
+    FOUND_THRUST,
+    FOUND_ZMP,
+    GIVEN_ROWS,
+    OUT_OF_REACH,
+    SINES,
+    evaluate_block,
+    joint_from_middle,
+    put,
+    stance_in,
+)
+from jet_gym.robot import Leg, Robot, Trunk, Vector
 from jet_gym.step import Step
 from jet_gym.swing_path import Arc, arc_of, arc_point
 from jet_gym.urdf import Array
@@ -46,6 +60,8 @@ class Transition(NamedTuple):
     """What one action led to in each lane; N of them. World frame."""
 
     joint_positions: Array  # (N, 12) [rad]
+    joint_cosines: Array  # (N, 12) of the joints' angles as counted from the middles of their ranges
+    joint_sines: Array  # (N, 12) likewise
     pelvis: Array  # (N, 3) [m]
     pelvis_yaw: Array  # (N,) [rad]
     com: Array  # (N, 3) [m]
@@ -81,6 +97,8 @@ def empty_transition(count: int) -> Transition:
     """Return fresh arrays for a transition."""
     return Transition(
         joint_positions=np.empty((count, 12)),
+        joint_cosines=np.empty((count, 12)),
+        joint_sines=np.empty((count, 12)),
         pelvis=np.empty((count, 3)),
         pelvis_yaw=np.empty(count),
         com=np.empty((count, 3)),
@@ -106,6 +124,22 @@ def begin(lanes: Lanes, lane: int, step: Step) -> None:
     lanes.thrust[lane], lanes.violated[lane] = 0.0, False
 
 
+def step_of_lane(lanes: Lanes, lane: int, robot: Robot) -> Step:
+    """Return the step of a lane."""
+    start, landing, support = (
+        (float(x), float(y), float(z)) for x, y, z in (lanes.start[lane], lanes.landing[lane], lanes.support[lane])
+    )
+    return Step(
+        "left" if lanes.swing_is_left[lane] else "right",
+        start,
+        landing,
+        support,
+        apex=float(lanes.apex[lane]),
+        points=int(lanes.points[lane]),
+        robot=robot,
+    )
+
+
 @inlined
 def lane_arc(lanes: Lanes, lane: int) -> Arc:
     """Return the arc of a lane's swing sole."""
@@ -126,28 +160,6 @@ def lane_sole(lanes: Lanes, lane: int, arc: Arc, point: int) -> Vector:
 
 @entry_point
 def advance(
-    left: Leg,
-    right: Leg,
-    trunk: Trunk,
-    balance: BalanceParameters,
-    fitness: FitnessParameters,
-    task: TaskParameters,
-    lanes: Lanes,
-    actions: Array,
-    result: Transition,
-    first_lane: int,
-    last_lane: int,
-) -> None:
-    """Take one action (N, 3) in each lane from ``first_lane`` up to ``last_lane``, and judge it by the model."""
-    for lane in range(first_lane, last_lane):
-        if lanes.swing_is_left[lane]:
-            _advance_lane(left, right, 1.0, trunk, balance, fitness, task, lanes, actions, result, lane)
-        else:
-            _advance_lane(right, left, -1.0, trunk, balance, fitness, task, lanes, actions, result, lane)
-
-
-@entry_point
-def _advance_lane(
     swing_leg: Leg,
     support_leg: Leg,
     side: float,
@@ -157,119 +169,154 @@ def _advance_lane(
     task: TaskParameters,
     lanes: Lanes,
     actions: Array,
+    selected: NDArray[np.int64],
     result: Transition,
-    lane: int,
 ) -> None:
-    point = lanes.point[lane]
-    half = task.first_range if point == 0 else task.later_range
+    """Take one action (N, 3) in each selected lane, all of one swing leg, and judge it by the model."""
+    given, found = np.zeros((GIVEN_ROWS, BLOCK)), np.empty((FOUND_ROWS, BLOCK))
+    violations, moved_squared = np.empty(BLOCK, np.int64), np.empty(BLOCK)
+    for start in range(0, len(selected), BLOCK):
+        size = min(BLOCK, len(selected) - start)
+        for column in range(size):
+            lane = selected[start + column]
+            moved_squared[column] = _move(task, lanes, actions, side, lane)
+            stance = lane_stance(swing_leg, support_leg, side, balance, lanes, lane, lanes.point[lane])
+            pelvis = (lanes.pelvis[lane, 0], lanes.pelvis[lane, 1], lanes.pelvis[lane, 2])
+            put(given, column, stance, pelvis)
+        evaluate_block(swing_leg, support_leg, trunk, balance, given, found, violations)
+        for column in range(size):
+            lane = selected[start + column]
+            stance = stance_in(given, column)
+            _write_posture(side, stance, found, column, lanes, result, lane)
+            _judge(
+                swing_leg, support_leg, balance, fitness, task, stance, found, column,
+                violations[column], moved_squared[column], result, lane,
+            )  # fmt: skip
+            lanes.thrust[lane] = found[FOUND_THRUST, column]
+            lanes.point[lane] += 1
+            lanes.violated[lane] = lanes.violated[lane] | (violations[column] != 0)
+
+
+@inlined
+def lane_stance(
+    swing_leg: Leg,
+    support_leg: Leg,
+    side: float,
+    balance: BalanceParameters,
+    lanes: Lanes,
+    lane: int,
+    point: int,
+) -> Stance:
+    """Return a lane's swing point."""
+    sole = lane_sole(lanes, lane, lane_arc(lanes, lane), point)
+    support = (lanes.support[lane, 0], lanes.support[lane, 1], lanes.support[lane, 2])
+    return stance_of(swing_leg, support_leg, side, balance.zmp_margin, sole, support)
+
+
+@inlined
+def _move(task: TaskParameters, lanes: Lanes, actions: Array, side: float, lane: int) -> float:
+    """Move the pelvis by the action; return the squared distance [m^2] that f3 counts, zero at the first point."""
+    half = task.first_range if lanes.point[lane] == 0 else task.later_range
     dx = half * min(max(actions[lane, 0], -1.0), 1.0)
     dy = side * half * min(max(actions[lane, 1], -1.0), 1.0)
     dz = half * min(max(actions[lane, 2], -1.0), 1.0)
-    pelvis = (lanes.pelvis[lane, 0] + dx, lanes.pelvis[lane, 1] + dy, lanes.pelvis[lane, 2] + dz)
-    sole = lane_sole(lanes, lane, lane_arc(lanes, lane), point)
-    support = (lanes.support[lane, 0], lanes.support[lane, 1], lanes.support[lane, 2])
-    stance = stance_of(swing_leg, support_leg, side, balance.zmp_margin, sole, support)
-    state = posture_at(swing_leg, support_leg, trunk, balance, stance, pelvis)
-    moved_squared = dx * dx + dy * dy + dz * dz if point > 0 else 0.0
-    f1, f2, f3, f4 = fitness_terms(fitness, state.violations, state.thrust, moved_squared)
-    edge_angle = _write_balance(stance, state, pelvis, result, lane)
-    joint_excess = _write_joints(swing_leg, support_leg, side, state, result, lane)
-    _grade(balance, fitness, task, stance, state, f3, edge_angle, joint_excess, result.reward_terms[lane])
-    result.fitness_terms[lane, 0], result.fitness_terms[lane, 1] = f1, f2
-    result.fitness_terms[lane, 2], result.fitness_terms[lane, 3] = f3, f4
-    result.fitness[lane] = f1 + f2 + f3 + f4
-    graded = 0.0
-    for term in range(len(REWARD_TERMS)):
-        graded += result.reward_terms[lane, term]
-    result.graded[lane] = graded
-    lanes.pelvis[lane, 0], lanes.pelvis[lane, 1], lanes.pelvis[lane, 2] = pelvis
-    lanes.thrust[lane] = state.thrust
-    lanes.point[lane] = point + 1
-    lanes.violated[lane] = lanes.violated[lane] | (state.violations != 0)
+    lanes.pelvis[lane, 0] += dx
+    lanes.pelvis[lane, 1] += dy
+    lanes.pelvis[lane, 2] += dz
+    return dx * dx + dy * dy + dz * dz if lanes.point[lane] > 0 else 0.0
 
 
 @inlined
-def _write_joints(
-    swing_leg: Leg, support_leg: Leg, side: float, state: PostureState, result: Transition, lane: int
-) -> float:
-    """Write the joint positions into the result; return by how much the worst is beyond its limit [rad]."""
-    swing_joint = 0 if side > 0.0 else 6
-    worst = 0.0
-    for joint in range(6):
-        angle = joint_angle(swing_leg, joint, state.swing_cosines[joint], state.swing_sines[joint])
-        result.joint_positions[lane, swing_joint + joint] = angle
-        worst = max(worst, _excess(swing_leg, joint, angle))
-        angle = joint_angle(support_leg, joint, state.support_cosines[joint], state.support_sines[joint])
-        result.joint_positions[lane, 6 - swing_joint + joint] = angle
-        worst = max(worst, _excess(support_leg, joint, angle))
-    return worst
-
-
-@inlined
-def _excess(leg: Leg, joint: int, angle: float) -> float:
-    """Return by how much a joint's angle, in the URDF's direction, is beyond its limits; negative inside."""
-    own = leg.axis_signs[joint] * angle
-    return max(own - leg.upper[joint], leg.lower[joint] - own)
-
-
-@inlined
-def _write_balance(stance: Stance, state: PostureState, pelvis: Vector, result: Transition, lane: int) -> float:
-    """Write all but the joints of a posture into the result and return its edge angle [rad]."""
-    sine, cosine, length_squared = edge_vectors(stance, state.center_of_mass[0], state.center_of_mass[1])
-    edge_angle = 0.0 if edge_undefined(length_squared) else math.atan2(sine, cosine)
+def _write_posture(
+    side: float, stance: Stance, found: Array, column: int, lanes: Lanes, result: Transition, lane: int
+) -> None:
+    for joint in range(12):
+        result.joint_cosines[lane, joint], result.joint_sines[lane, joint] = joint_from_middle(
+            found, column, side > 0.0, joint
+        )
     for axis in range(3):
-        result.pelvis[lane, axis] = pelvis[axis]
-        result.com[lane, axis] = state.center_of_mass[axis]
+        result.pelvis[lane, axis] = lanes.pelvis[lane, axis]
+        result.com[lane, axis] = found[COM + axis, column]
     for axis in range(2):
         result.fan[lane, axis] = stance.fan[axis]
-        result.zmp[lane, axis] = state.zmp[axis]
+        result.zmp[lane, axis] = found[FOUND_ZMP + axis, column]
         result.assigned_zmp[lane, axis] = stance.assigned_zmp[axis]
     result.pelvis_yaw[lane] = math.atan2(stance.sin_yaw, stance.cos_yaw)
-    result.edge_angle[lane] = edge_angle
-    result.thrust[lane] = state.thrust
-    result.violations[lane] = state.violations
-    return edge_angle
+    undefined = edge_undefined(found[EDGE + 2, column])
+    result.edge_angle[lane] = 0.0 if undefined else math.atan2(found[EDGE, column], found[EDGE + 1, column])
+    result.thrust[lane] = found[FOUND_THRUST, column]
 
 
 @inlined
-def _grade(
+def _judge(
+    swing_leg: Leg,
+    support_leg: Leg,
     balance: BalanceParameters,
     fitness: FitnessParameters,
     task: TaskParameters,
     stance: Stance,
-    state: PostureState,
-    f3: float,
-    edge_angle: float,
-    joint_excess: float,
-    terms: Array,
+    found: Array,
+    column: int,
+    violations: int,
+    moved_squared: float,
+    result: Transition,
+    lane: int,
 ) -> None:
-    """Write the graded reward's terms, in the order of REWARD_TERMS; tilt and fall are physics' alone.
+    """Write fitness and graded reward of a lane, term by term and summed.
 
-    A posture without violation gets minus its fitness over that of full thrust.
+    The graded reward of a posture without violation is minus its fitness over that of full thrust.
     """
-    scale = 1.0 / (fitness.thrust_weight * balance.max_thrust)
-    violations, thrust = state.violations, state.thrust
+    thrust = found[FOUND_THRUST, column]
+    f1, f2, f3, f4 = fitness_terms(fitness, violations, thrust, moved_squared)
+    result.fitness_terms[lane, 0], result.fitness_terms[lane, 1] = f1, f2
+    result.fitness_terms[lane, 2], result.fitness_terms[lane, 3] = f3, f4
+    result.fitness[lane] = f1 + f2 + f3 + f4
+    result.violations[lane] = violations
+
+    terms = result.reward_terms[lane]
     terms[0] = -min(max(thrust, 0.0), balance.max_thrust) / balance.max_thrust
-    terms[1] = -f3 * scale
-    terms[2] = _cost(task, violations & REACH, state.out_of_reach / task.reach_scale)
-    terms[3] = _cost(task, violations & JOINT_LIMITS, joint_excess / task.angle_scale)
-    beyond = max(thrust - balance.max_thrust, -thrust) / balance.max_thrust
-    terms[4] = _cost(task, violations & THRUST, beyond)
-    edge_excess = abs(edge_angle) - math.atan(balance.edge_slope)
-    terms[5] = _cost(task, violations & EDGE_POLYGON, edge_excess / task.angle_scale)
-    outside = max(
-        stance.support[0] - state.zmp[0],
-        state.zmp[0] - stance.support[1],
-        stance.support[2] - state.zmp[1],
-        state.zmp[1] - stance.support[3],
-    )
-    terms[6] = _cost(task, violations & ZMP, outside / task.zmp_scale)
-    terms[7] = 0.0
-    terms[8] = 0.0
+    terms[1] = -f3 / (fitness.thrust_weight * balance.max_thrust)
+    for term in range(2, len(REWARD_TERMS)):
+        terms[term] = 0.0
+    if violations & REACH:
+        terms[2] = _cost(task, found[OUT_OF_REACH, column] / task.reach_scale)
+    if violations & JOINT_LIMITS:
+        terms[3] = _cost(task, _joint_excess(swing_leg, support_leg, found, column) / task.angle_scale)
+    if violations & THRUST:
+        terms[4] = _cost(task, max(thrust - balance.max_thrust, -thrust) / balance.max_thrust)
+    if violations & EDGE_POLYGON:
+        edge_excess = abs(result.edge_angle[lane]) - math.atan(balance.edge_slope)
+        terms[5] = _cost(task, edge_excess / task.angle_scale)
+    if violations & ZMP:
+        terms[6] = _cost(task, _outside(stance.support, found, column) / task.zmp_scale)
+    graded = 0.0
+    for term in range(len(REWARD_TERMS)):
+        graded += terms[term]
+    result.graded[lane] = graded
 
 
 @inlined
-def _cost(task: TaskParameters, violated: int, excess: float) -> float:
-    """Return minus the cost of a constraint: nothing, or a fixed part and one that grows with the excess."""
-    cost = min(task.violation_cost + max(excess, 0.0), task.largest_cost)
-    return -cost if violated != 0 else 0.0
+def _joint_excess(swing_leg: Leg, support_leg: Leg, found: Array, column: int) -> float:
+    """Return by how much the worst joint is beyond its limit [rad], or 0."""
+    worst = 0.0
+    for row in range(12):
+        joint = row % 6
+        leg = swing_leg if row < 6 else support_leg
+        cosine = found[COSINES + row, column]
+        if cosine < leg.range_half_cosines[joint]:
+            angle = math.atan2(found[SINES + row, column], cosine)
+            worst = max(worst, abs(angle) - 0.5 * (leg.upper[joint] - leg.lower[joint]))
+    return worst
+
+
+@inlined
+def _outside(support: Rectangle, found: Array, column: int) -> float:
+    """Return how far the ZMP is outside of the support sole [m]."""
+    x, y = found[FOUND_ZMP, column], found[FOUND_ZMP + 1, column]
+    return max(support[0] - x, x - support[1], support[2] - y, y - support[3])
+
+
+@inlined
+def _cost(task: TaskParameters, excess: float) -> float:
+    """Return minus the cost of a violated constraint: a fixed part and one that grows with the excess."""
+    return -min(task.violation_cost + max(excess, 0.0), task.largest_cost)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -15,7 +16,8 @@ from jet_gym.envs.observation import HIGH, LOW, observe
 from jet_gym.envs.settings import REWARD_TERMS, TaskSettings
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
-from jet_gym.robot import jet_hr1
+from jet_gym.kinematics import joint_positions_from_middle
+from jet_gym.robot import Leg, Trunk, jet_hr1
 from jet_gym.step import Step
 from jet_gym.urdf import Array
 
@@ -57,7 +59,6 @@ class TaskModel:
         self._balance = self.balance.parameters(self.robot)
         self._fitness = self.fitness.parameters()
         self._task = self.settings.parameters()
-        self._legs = (self.robot.left, self.robot.right, self.robot.trunk)
         self.drawer = StepDrawer(self.robot, self._balance, self.settings.difficulty)
 
     @property
@@ -94,15 +95,32 @@ class TaskModel:
             raise ValueError("actions must be finite")
         return chosen
 
-    def advance(self, lanes: Lanes, actions: Array, result: Transition, first: int, last: int) -> None:
-        """Take actions (N, 3) in lanes ``first`` up to ``last``."""
-        advance(*self._legs, self._balance, self._fitness, self._task, lanes, actions, result, first, last)
+    def advance(self, lanes: Lanes, actions: Array, selected: NDArray[np.int64], result: Transition) -> None:
+        """Take actions (N, 3) in the selected lanes."""
+        for legs, chosen in self._by_swing_leg(lanes, selected):
+            advance(*legs, self._balance, self._fitness, self._task, lanes, actions, chosen, result)
+        angles = np.arctan2(result.joint_sines[selected], result.joint_cosines[selected])
+        result.joint_positions[selected] = joint_positions_from_middle(self.robot, angles)
 
     def observe(
-        self, lanes: Lanes, attitude: Array, observations: NDArray[np.float32], first: int, last: int
+        self, lanes: Lanes, attitude: Array, selected: NDArray[np.int64], observations: NDArray[np.float32]
     ) -> None:
-        """Observe lanes ``first`` up to ``last``; ``attitude`` is roll and pitch (N, 2) [rad]."""
-        observe(*self._legs, self._balance, lanes, attitude, observations, first, last)
+        """Observe the selected lanes into their rows; ``attitude`` is roll and pitch (N, 2) [rad]."""
+        for legs, chosen in self._by_swing_leg(lanes, selected):
+            observe(*legs, self._balance, lanes, attitude, chosen, observations)
+
+    def _by_swing_leg(
+        self, lanes: Lanes, selected: NDArray[np.int64]
+    ) -> Iterator[tuple[tuple[Leg, Leg, float, Trunk], NDArray[np.int64]]]:
+        """Go through the selected lanes whose left leg swings, and then the others."""
+        left, right, trunk = self.robot.left, self.robot.right, self.robot.trunk
+        is_left = lanes.swing_is_left[selected]
+        for legs, chosen in (
+            ((left, right, 1.0, trunk), selected[is_left]),
+            ((right, left, -1.0, trunk), selected[~is_left]),
+        ):
+            if len(chosen):
+                yield legs, chosen
 
     def rewards(self, result: Transition) -> Array:
         """Return the rewards (N,) of a quasi-static transition."""

@@ -8,10 +8,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.balance import BalanceParameters, edge_undefined, edge_vectors, stance_of
+from jet_gym.balance import BalanceParameters, edge_undefined, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.envs.lanes import Lanes, lane_arc, lane_sole
-from jet_gym.posture import posture_at
+from jet_gym.posture_block import (
+    BLOCK,
+    COM,
+    EDGE,
+    FOUND_ROWS,
+    FOUND_THRUST,
+    GIVEN_ROWS,
+    evaluate_block,
+    put,
+)
 from jet_gym.robot import Leg, Trunk, Vector
 from jet_gym.urdf import Array
 
@@ -57,38 +66,6 @@ _ROLL, _PITCH = len(COMPONENTS) - 2, len(COMPONENTS) - 1
 
 @entry_point
 def observe(
-    left: Leg,
-    right: Leg,
-    trunk: Trunk,
-    balance: BalanceParameters,
-    lanes: Lanes,
-    attitude: Array,
-    observations: NDArray[np.float32],
-    first_lane: int,
-    last_lane: int,
-) -> None:
-    """Observe each lane from ``first_lane`` up to ``last_lane`` before its next action.
-
-    Args:
-        left: The left leg.
-        right: The right leg.
-        trunk: The rest of the robot.
-        balance: Balance settings.
-        lanes: The lanes, N of them.
-        attitude: Measured roll and pitch of the pelvis (N, 2) [rad], about its own forward and left axes.
-        observations: Receives the observations (N, len(COMPONENTS)).
-        first_lane: First lane.
-        last_lane: Lane after the last one.
-    """
-    for lane in range(first_lane, last_lane):
-        if lanes.swing_is_left[lane]:
-            _observe_lane(left, right, 1.0, trunk, balance, lanes, attitude, observations, lane)
-        else:
-            _observe_lane(right, left, -1.0, trunk, balance, lanes, attitude, observations, lane)
-
-
-@entry_point
-def _observe_lane(
     swing_leg: Leg,
     support_leg: Leg,
     side: float,
@@ -96,14 +73,53 @@ def _observe_lane(
     balance: BalanceParameters,
     lanes: Lanes,
     attitude: Array,
+    selected: NDArray[np.int64],
     observations: NDArray[np.float32],
-    lane: int,
 ) -> None:
-    row = observations[lane]
+    """Observe some lanes, all of one swing leg, before their next action.
+
+    Args:
+        swing_leg: The swing leg.
+        support_leg: The support leg.
+        side: +1 if the left leg swings, -1 if the right one does.
+        trunk: The rest of the robot.
+        balance: Balance settings.
+        lanes: The lanes, N of them.
+        attitude: Measured roll and pitch of the pelvis (N, 2) [rad], about its own forward and left axes.
+        selected: Which lanes to observe.
+        observations: Receives their observations (N, len(COMPONENTS)), each in its lane's row.
+    """
+    given, found = np.zeros((GIVEN_ROWS, BLOCK)), np.empty((FOUND_ROWS, BLOCK))
+    violations = np.empty(BLOCK, np.int64)
+    for start in range(0, len(selected), BLOCK):
+        size = min(BLOCK, len(selected) - start)
+        for column in range(size):
+            lane = selected[start + column]
+            row = observations[lane]
+            sole = _observe_path(lanes, lane, side, row)
+            support = (lanes.support[lane, 0], lanes.support[lane, 1], lanes.support[lane, 2])
+            stance = stance_of(swing_leg, support_leg, side, balance.zmp_margin, sole, support)
+            pelvis = (lanes.pelvis[lane, 0], lanes.pelvis[lane, 1], lanes.pelvis[lane, 2])
+            put(given, column, stance, pelvis)
+            row[21] = _extension(swing_leg, pelvis, stance.cos_yaw, stance.sin_yaw, stance.swing_ankle)
+            row[22] = _extension(support_leg, pelvis, stance.cos_yaw, stance.sin_yaw, stance.support_ankle)
+            row[24] = min(max(lanes.thrust[lane] / balance.max_thrust, 0.0), 1.0)
+            row[_ROLL] = _clip(side * attitude[lane, 0], math.pi)
+            row[_PITCH] = _clip(attitude[lane, 1], math.pi)
+        evaluate_block(swing_leg, support_leg, trunk, balance, given, found, violations)
+        for column in range(size):
+            lane = selected[start + column]
+            _observe_balance(balance, lanes, lane, side, found, column, observations[lane])
+
+
+@inlined
+def _observe_path(lanes: Lanes, lane: int, side: float, row: NDArray[np.float32]) -> Vector:
+    """Write what concerns the path; return the swing sole at the coming swing point."""
     last = lanes.points[lane] - 1
     point = min(lanes.point[lane], last)
     support = (lanes.support[lane, 0], lanes.support[lane, 1], lanes.support[lane, 2])
     pelvis = (lanes.pelvis[lane, 0], lanes.pelvis[lane, 1], lanes.pelvis[lane, 2])
+    landing = (lanes.landing[lane, 0], lanes.landing[lane, 1], lanes.landing[lane, 2])
     arc = lane_arc(lanes, lane)
     sole = lane_sole(lanes, lane, arc, point)
     row[0] = point / last
@@ -112,24 +128,28 @@ def _observe_lane(
     _write(row, 5, sole, support, side, 1.0, _POSITION)
     _write(row, 8, lane_sole(lanes, lane, arc, min(point + 1, last)), sole, side, _AHEAD, 10.0)
     _write(row, 11, lane_sole(lanes, lane, arc, min(point + 3, last)), sole, side, _AHEAD, 10.0)
-    landing = (lanes.landing[lane, 0], lanes.landing[lane, 1], lanes.landing[lane, 2])
     _write(row, 14, landing, support, side, 1.0, _POSITION)
-
-    stance = stance_of(swing_leg, support_leg, side, balance.zmp_margin, sole, support)
-    state = posture_at(swing_leg, support_leg, trunk, balance, stance, pelvis)
-    com_x, com_y = state.center_of_mass[0], state.center_of_mass[1]
-    row[17] = _clip(com_x - support[0], _POSITION)
-    row[18] = _clip(side * (com_y - support[1]), _POSITION)
-    row[19] = _clip(state.thrust / balance.max_thrust, 3.0)
-    sine, cosine, length_squared = edge_vectors(stance, com_x, com_y)
-    edge_angle = 0.0 if edge_undefined(length_squared) else math.atan2(sine, cosine)
-    row[20] = _clip(side * edge_angle / math.atan(balance.edge_slope), 10.0)
-    row[21] = _extension(swing_leg, pelvis, stance.cos_yaw, stance.sin_yaw, stance.swing_ankle)
-    row[22] = _extension(support_leg, pelvis, stance.cos_yaw, stance.sin_yaw, stance.support_ankle)
     row[23] = min((last - point) / _POINTS_UNIT, 10.0)
-    row[24] = min(max(lanes.thrust[lane] / balance.max_thrust, 0.0), 1.0)
-    row[_ROLL] = _clip(side * attitude[lane, 0], math.pi)
-    row[_PITCH] = _clip(attitude[lane, 1], math.pi)
+    return sole
+
+
+@inlined
+def _observe_balance(
+    balance: BalanceParameters,
+    lanes: Lanes,
+    lane: int,
+    side: float,
+    found: Array,
+    column: int,
+    row: NDArray[np.float32],
+) -> None:
+    """Write what the balance would be if the pelvis stayed."""
+    row[17] = _clip(found[COM, column] - lanes.support[lane, 0], _POSITION)
+    row[18] = _clip(side * (found[COM + 1, column] - lanes.support[lane, 1]), _POSITION)
+    row[19] = _clip(found[FOUND_THRUST, column] / balance.max_thrust, 3.0)
+    undefined = edge_undefined(found[EDGE + 2, column])
+    edge_angle = 0.0 if undefined else math.atan2(found[EDGE, column], found[EDGE + 1, column])
+    row[20] = _clip(side * edge_angle / math.atan(balance.edge_slope), 10.0)
 
 
 @inlined
