@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import subprocess
@@ -15,12 +14,13 @@ import agents
 import jet_gym
 from jet_gym.robot import urdf_directory
 
-EVALUATE = """
-import json
-from jet_gym import jet_hr1
-from jet_gym.posture import evaluate_postures
-posture = evaluate_postures(jet_hr1(), "left", (0.0, 0.3, 0.0), (0.0, -0.1125, 0.0), (0.0, -0.02, 0.4))
-print(json.dumps(float(posture.thrust)))
+CALLER = """
+from jet_gym.balance import assigned_thrust
+from jet_gym.compilation import entry_point
+
+@entry_point
+def quarter_of(weight):
+    return assigned_thrust(weight, 0.0, 0.25, (0.0, 1.0), (0.0, 0.0))
 """
 
 
@@ -38,7 +38,6 @@ def run(code: str, folder: Path) -> str:
     """Run code in another process that finds the packages of a folder, and return what it prints."""
     path = os.pathsep.join([str(folder), *filter(None, sys.path)])
     environment = os.environ | {"PYTHONPATH": path, "NUMBA_CACHE_DIR": str(folder / "cache")}
-    environment["NUMBA_OPT"] = "1"  # quicker to compile; 0 is not cached
     answer = subprocess.run(
         [sys.executable, "-c", code], env=environment, cwd=folder, capture_output=True, text=True, check=False
     )
@@ -58,15 +57,28 @@ def edit(path: Path, old: str, new: str) -> None:
 
 
 def test_editing_a_building_block_recompiles_what_calls_it_in_another_file(copied_package: Path) -> None:
-    before = json.loads(run(EVALUATE, copied_package))
+    (copied_package / "jet_gym" / "caller.py").write_text(CALLER, encoding="utf-8")
+    call = "from jet_gym.caller import quarter_of\nprint(quarter_of(60.0))"
+    assert float(run(call, copied_package)) == 15.0
     compiled = machine_code(copied_package)
-    assert any(name.startswith("posture._evaluate") for name in compiled)
+    assert any(name.startswith("caller.quarter_of") for name in compiled)
 
-    assert json.loads(run(EVALUATE, copied_package)) == before
+    assert float(run(call, copied_package)) == 15.0
     assert machine_code(copied_package) == compiled, "an unedited package was compiled again"
 
     edit(copied_package / "jet_gym" / "balance.py", "return weight * along /", "return 2.0 * weight * along /")
-    assert json.loads(run(EVALUATE, copied_package)) == pytest.approx(2.0 * before, rel=1e-12)
+    assert float(run(call, copied_package)) == 30.0
+
+
+@pytest.mark.parametrize("package", ["jet_gym", "agents"])
+def test_a_new_source_file_in_either_package_makes_old_machine_code_stale(
+    copied_package: Path, package: str
+) -> None:
+    fingerprint = "from jet_gym.compilation import _source_fingerprint\nprint(_source_fingerprint())"
+    before = run(fingerprint, copied_package)
+    assert run(fingerprint, copied_package) == before
+    (copied_package / package / "new.py").write_text("value = 1", encoding="utf-8")
+    assert run(fingerprint, copied_package) != before
 
 
 # ---------------------------------------------------------------------- imports

@@ -251,6 +251,24 @@ def test_angles_are_finite_even_where_no_leg_could_go(robot: Robot, side: str, o
     assert np.isfinite(out_of_reach)
 
 
+SINGULAR: dict[str, tuple[Array, Array]] = {  # ankle from hip, foot axes
+    "hip on the ankle's roll axis": (np.array([0.3, 0.0, 0.0]), np.eye(3)),
+    "hip roll of a quarter turn": (np.array([0.0, 0.3, 0.0]), np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])),
+    "hip at the ankle": (np.zeros(3), np.eye(3)),
+}
+
+
+@pytest.mark.xfail(strict=True, reason="a joint with no definite angle gets neither a cosine nor a sine")
+@pytest.mark.parametrize(("ankle_from_hip", "axes"), SINGULAR.values(), ids=SINGULAR)
+def test_a_sole_in_reach_is_placed_where_a_joint_has_no_definite_angle(
+    robot: Robot, ankle_from_hip: Array, axes: Array
+) -> None:
+    sole = np.array(robot.left.hip) + ankle_from_hip - 0.06 * axes[:, 2]
+    found, out_of_reach = inverse_kinematics(robot, "left", sole, axes)
+    assert out_of_reach == 0.0
+    assert_sole_is_placed(robot, "left", found, sole, axes)
+
+
 @pytest.mark.parametrize("side", SIDES)
 def test_a_batch_of_soles_gives_what_they_give_one_by_one(
     robot: Robot, rng: np.random.Generator, side: str

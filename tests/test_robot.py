@@ -164,6 +164,20 @@ def no_mass(root: ElementTree.Element) -> None:
         mass.set("value", "0")
 
 
+def round_foot(root: ElementTree.Element) -> None:
+    """Make the left foot a disc of the same thickness."""
+    geometry = find(root, "link[@name='left_foot']/collision/geometry")
+    geometry.clear()
+    ElementTree.SubElement(geometry, "cylinder", radius="0.1", length="0.02")
+
+
+def instep(root: ElementTree.Element) -> None:
+    """Put a box on top of the left foot's sole plate."""
+    collision = ElementTree.SubElement(find(root, "link[@name='left_foot']"), "collision")
+    ElementTree.SubElement(collision, "origin", xyz="0 0 -0.03")
+    ElementTree.SubElement(ElementTree.SubElement(collision, "geometry"), "box", size="0.3 0.3 0.02")
+
+
 KNEE, ANKLE = "joint[@name='left_knee_pitch']", "joint[@name='right_ankle_pitch']"
 FOOT_BOX = "link[@name='left_foot']/collision"
 MISFITS: dict[str, tuple[Edit, str]] = {
@@ -244,6 +258,7 @@ MISFITS: dict[str, tuple[Edit, str]] = {
         drop("link[@name='left_foot']", "collision"),
         "link left_foot: it needs a level collision",
     ),
+    "round foot": (round_foot, "link left_foot: it needs a level collision box"),
     "box on edge": (put(f"{FOOT_BOX}/origin", rpy="0.2 0 0"), "link left_foot: it needs a level collision box"),
     "box above the sole": (
         put(f"{FOOT_BOX}/origin", xyz="0.015 0 -0.04"),
@@ -266,6 +281,10 @@ def test_what_does_not_fit_is_refused_by_name(edited: Callable[[Edit], Path], ed
 def test_an_unchanged_copy_is_accepted(edited: Callable[[Edit], Path], robot: Robot) -> None:
     other = load_robot(edited(lambda root: None))
     assert (other.left, other.right, other.trunk) == (robot.left, robot.right, robot.trunk)
+
+
+def test_the_sole_is_the_underside_of_the_lowest_box(edited: Callable[[Edit], Path], robot: Robot) -> None:
+    assert load_robot(edited(instep)).left.sole_rectangle == robot.left.sole_rectangle
 
 
 def test_another_root_is_refused(robot: Robot) -> None:
@@ -317,7 +336,7 @@ class Biped:
         ankle = knee + np.array([rng.uniform(-0.05, 0.05), rng.uniform(-0.03, 0.03), -rng.uniform(0.2, 0.4)])
         thigh, shank = knee - hip, ankle - knee
         straight = np.arctan2(thigh[2] * shank[0] - thigh[0] * shank[2], thigh @ shank - thigh[1] * shank[1])
-        bent = -straight + self._knee_bend * np.array([0.0, 1.2])
+        bent = -straight + self._knee_bend * np.array([0.0, rng.uniform(0.1, 1.2)])
         axes = np.eye(3)[[2, 0, 1, 1, 1, 0]]
         points = [hip, hip, hip, knee, ankle, ankle]
         ranges = [(-1.8, 1.9), (-1.0, 0.8), (-1.2, 1.0), bent, (-0.4, 0.3), (-0.7, 0.6)]
@@ -403,6 +422,10 @@ def placed_biped(biped: Robot, load_pinocchio: Callable[..., PinocchioRobot]) ->
 def test_another_biped_weighs_what_its_file_says(biped: Robot, placed_biped: PinocchioRobot) -> None:
     assert biped.mass == pytest.approx(placed_biped.mass(), abs=1e-12)
     assert biped.max_thrust == 40.0
+
+
+def test_a_copy_of_another_biped_keeps_its_names(biped: Robot) -> None:
+    assert pickle.loads(pickle.dumps(biped)) is biped
 
 
 def test_another_biped_stands_where_pinocchio_puts_it(

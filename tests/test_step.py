@@ -140,6 +140,10 @@ def test_the_nominal_pelvis_is_over_the_middle_of_parallel_feet(height: float) -
     np.testing.assert_allclose(at.nominal_pelvis, [0.0, 0.0, height + 0.9 * 0.46], atol=1e-12)
 
 
+def test_the_nominal_pelvis_is_no_nearer_to_the_swing_foot_in_a_narrow_stance() -> None:
+    np.testing.assert_allclose(step(start=(0.0, 0.0, 0.0)).nominal_pelvis[:2], [0.0, -0.05625], atol=1e-12)
+
+
 def test_the_nominal_pelvis_stays_near_the_support_foot_in_a_wide_stance() -> None:
     wide = step(start=(0.0, 0.4, 0.0), landing=(0.3, 0.4, 0.0))
     np.testing.assert_allclose(wide.nominal_pelvis[:2], [0.0, 0.0], atol=1e-12)
