@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from jet_gym.balance import BalanceParameters, BalanceSettings, edge_undefined, stance_of
+from jet_gym.balance import BalanceSettings, edge_undefined, stance_of
 from jet_gym.compilation import entry_point
 from jet_gym.kinematics import finite_array, joint_positions_from_middle
 from jet_gym.posture_block import (
@@ -23,12 +23,12 @@ from jet_gym.posture_block import (
     FOUND_ZMP,
     GIVEN_ROWS,
     OUT_OF_REACH,
-    evaluate_block,
+    evaluate_blocks,
     joint_from_middle,
     put,
     stance_in,
 )
-from jet_gym.robot import Leg, Robot, Side, Trunk
+from jet_gym.robot import Leg, Robot, Side
 from jet_gym.urdf import Array
 
 
@@ -101,10 +101,12 @@ def evaluate_postures(
     scalars, points = np.empty((2, count)), np.empty((2, count, 2))
     violations = np.empty(count, dtype=np.int64)
     swing_leg, support_leg, side = swing_and_support(robot, swing)
-    _evaluate(
-        swing_leg, support_leg, robot.trunk, balance, side, soles, supports, pelvises,
-        cosines, sines, com, fan, scalars, points, violations,
-    )  # fmt: skip
+    blocks = -(-count // BLOCK)
+    given, found = np.zeros((blocks, GIVEN_ROWS, BLOCK)), np.empty((blocks, FOUND_ROWS, BLOCK))
+    flags = np.empty((blocks, BLOCK), dtype=np.int64)
+    _fill(swing_leg, support_leg, side, balance.zmp_margin, soles, supports, pelvises, given)
+    evaluate_blocks(swing_leg, support_leg, robot.trunk, balance, given, found, flags)
+    _read(side, swing_leg.fan[2], given, found, flags, cosines, sines, com, fan, scalars, points, violations)
     angles = np.arctan2(sines, cosines)  # NumPy's runs in SIMD lanes, the compiler's does not
     joints = joint_positions_from_middle(robot, angles[:, :12])
     yaw, edge_angle = (column.reshape(shape) for column in angles[:, 12:].T)
@@ -135,15 +137,31 @@ def swing_and_support(robot: Robot, swing: Side) -> tuple[Leg, Leg, float]:
 
 
 @entry_point
-def _evaluate(
+def _fill(
     swing_leg: Leg,
     support_leg: Leg,
-    trunk: Trunk,
-    balance: BalanceParameters,
     side: float,
+    zmp_margin: float,
     swing_sole: Array,
     support_sole: Array,
     pelvis: Array,
+    given: Array,
+) -> None:
+    """Put swing points and pelvis positions into blocks."""
+    for i in range(len(pelvis)):
+        sole = (swing_sole[i, 0], swing_sole[i, 1], swing_sole[i, 2])
+        support = (support_sole[i, 0], support_sole[i, 1], support_sole[i, 2])
+        stance = stance_of(swing_leg, support_leg, side, zmp_margin, sole, support)
+        put(given[i // BLOCK], i % BLOCK, stance, (pelvis[i, 0], pelvis[i, 1], pelvis[i, 2]))
+
+
+@entry_point
+def _read(
+    side: float,
+    fan_height: float,
+    given: Array,
+    found: Array,
+    flags: NDArray[np.int64],
     cosines: Array,
     sines: Array,
     center_of_mass: Array,
@@ -152,32 +170,23 @@ def _evaluate(
     points: Array,
     violations: NDArray[np.int64],
 ) -> None:
-    given, found = np.zeros((GIVEN_ROWS, BLOCK)), np.empty((FOUND_ROWS, BLOCK))
-    flags = np.empty(BLOCK, np.int64)
-    for start in range(0, len(pelvis), BLOCK):
-        size = min(BLOCK, len(pelvis) - start)
-        for column in range(size):
-            i = start + column
-            sole = (swing_sole[i, 0], swing_sole[i, 1], swing_sole[i, 2])
-            support = (support_sole[i, 0], support_sole[i, 1], support_sole[i, 2])
-            stance = stance_of(swing_leg, support_leg, side, balance.zmp_margin, sole, support)
-            put(given, column, stance, (pelvis[i, 0], pelvis[i, 1], pelvis[i, 2]))
-        evaluate_block(swing_leg, support_leg, trunk, balance, given, found, flags)
-        for column in range(size):
-            i = start + column
-            stance = stance_in(given, column)
-            for joint in range(12):
-                cosines[i, joint], sines[i, joint] = joint_from_middle(found, column, side > 0.0, joint)
-            cosines[i, 12], sines[i, 12] = stance.cos_yaw, stance.sin_yaw
-            undefined = edge_undefined(found[EDGE + 2, column])
-            cosines[i, 13] = 1.0 if undefined else found[EDGE + 1, column]
-            sines[i, 13] = 0.0 if undefined else found[EDGE, column]
-            scalars[0, i], scalars[1, i] = found[FOUND_THRUST, column], found[OUT_OF_REACH, column]
-            violations[i] = flags[column]
-            for axis in range(2):
-                points[0, i, axis] = found[FOUND_ZMP + axis, column]
-                points[1, i, axis] = stance.assigned_zmp[axis]
-                fan[i, axis] = stance.fan[axis]
-            fan[i, 2] = stance.swing_ankle[2] + swing_leg.fan[2]
-            for axis in range(3):
-                center_of_mass[i, axis] = found[COM + axis, column]
+    """Read postures out of blocks."""
+    for i in range(len(violations)):
+        block, column = i // BLOCK, i % BLOCK
+        of_block = found[block]
+        stance = stance_in(given[block], column)
+        for joint in range(12):
+            cosines[i, joint], sines[i, joint] = joint_from_middle(of_block, column, side > 0.0, joint)
+        cosines[i, 12], sines[i, 12] = stance.cos_yaw, stance.sin_yaw
+        undefined = edge_undefined(of_block[EDGE + 2, column])
+        cosines[i, 13] = 1.0 if undefined else of_block[EDGE + 1, column]
+        sines[i, 13] = 0.0 if undefined else of_block[EDGE, column]
+        scalars[0, i], scalars[1, i] = of_block[FOUND_THRUST, column], of_block[OUT_OF_REACH, column]
+        violations[i] = flags[block, column]
+        for axis in range(2):
+            points[0, i, axis] = of_block[FOUND_ZMP + axis, column]
+            points[1, i, axis] = stance.assigned_zmp[axis]
+            fan[i, axis] = stance.fan[axis]
+        fan[i, 2] = stance.swing_ankle[2] + fan_height
+        for axis in range(3):
+            center_of_mass[i, axis] = of_block[COM + axis, column]

@@ -2,7 +2,7 @@
 
 The straight-line arithmetic of :func:`~jet_gym.posture_state.posture_at` runs in SIMD lanes only if it reads and
 writes plain columns. So whoever has many postures to evaluate fills a block of them with :func:`put`, calls
-:func:`evaluate_block` and reads the block with the getters.
+:func:`evaluate_blocks` and reads the block with the getters.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def stance_in(given: Array, column: int) -> Stance:
 
 
 @entry_point
-def evaluate_block(
+def evaluate_blocks(
     swing_leg: Leg,
     support_leg: Leg,
     trunk: Trunk,
@@ -62,24 +62,30 @@ def evaluate_block(
     found: Array,
     violations: NDArray[np.int64],
 ) -> None:
-    """Evaluate the postures of a block, all 64 columns whether they were put or not.
+    """Evaluate the postures of B blocks, all 64 columns of each whether they were put or not.
 
     Args:
         swing_leg: The swing leg.
         support_leg: The support leg.
         trunk: The rest of the robot.
         balance: Balance settings.
-        given: Swing points and pelvis positions (GIVEN_ROWS, BLOCK).
-        found: Receives the postures (FOUND_ROWS, BLOCK).
-        violations: Receives the violated constraints (BLOCK,) as flags.
+        given: Swing points and pelvis positions (B, GIVEN_ROWS, BLOCK).
+        found: Receives the postures (B, FOUND_ROWS, BLOCK).
+        violations: Receives the violated constraints (B, BLOCK) as flags.
     """
     # Arrays made here have a shape that the compiler knows and overlap with nothing: that makes SIMD possible.
     own_given, own_found = np.empty((GIVEN_ROWS, BLOCK)), np.empty((FOUND_ROWS, BLOCK))
     own_violations = np.empty(BLOCK, np.int64)
-    own_given[:] = given
-    _evaluate_own(swing_leg, support_leg, trunk, balance, own_given, own_found, own_violations)
-    found[:] = own_found
-    violations[:] = own_violations
+    for block in range(len(given)):
+        for row in range(GIVEN_ROWS):
+            for column in range(BLOCK):
+                own_given[row, column] = given[block, row, column]
+        _evaluate_own(swing_leg, support_leg, trunk, balance, own_given, own_found, own_violations)
+        for row in range(FOUND_ROWS):
+            for column in range(BLOCK):
+                found[block, row, column] = own_found[row, column]
+        for column in range(BLOCK):
+            violations[block, column] = own_violations[column]
 
 
 @inlined

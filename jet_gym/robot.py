@@ -197,7 +197,7 @@ class Robot:
 def urdf_directory() -> Path:
     """Return the folder of the URDF files, in an installed wheel or a source tree."""
     package = Path(__file__).resolve().parent
-    inside_wheel = package / "urdf"
+    inside_wheel = package / "data" / "urdf"
     return inside_wheel if inside_wheel.is_dir() else package.parent / "urdf"
 
 

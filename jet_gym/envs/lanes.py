@@ -28,7 +28,7 @@ from jet_gym.posture_block import (
     GIVEN_ROWS,
     OUT_OF_REACH,
     SINES,
-    evaluate_block,
+    evaluate_blocks,
     joint_from_middle,
     put,
     stance_in,
@@ -173,8 +173,9 @@ def advance(
     result: Transition,
 ) -> None:
     """Take one action (N, 3) in each selected lane, all of one swing leg, and judge it by the model."""
-    given, found = np.zeros((GIVEN_ROWS, BLOCK)), np.empty((FOUND_ROWS, BLOCK))
-    violations, moved_squared = np.empty(BLOCK, np.int64), np.empty(BLOCK)
+    givens, founds = np.zeros((1, GIVEN_ROWS, BLOCK)), np.empty((1, FOUND_ROWS, BLOCK))
+    flags, moved_squared = np.empty((1, BLOCK), np.int64), np.empty(BLOCK)
+    given, found, violations = givens[0], founds[0], flags[0]
     for start in range(0, len(selected), BLOCK):
         size = min(BLOCK, len(selected) - start)
         for column in range(size):
@@ -183,7 +184,7 @@ def advance(
             stance = lane_stance(swing_leg, support_leg, side, balance, lanes, lane, lanes.point[lane])
             pelvis = (lanes.pelvis[lane, 0], lanes.pelvis[lane, 1], lanes.pelvis[lane, 2])
             put(given, column, stance, pelvis)
-        evaluate_block(swing_leg, support_leg, trunk, balance, given, found, violations)
+        evaluate_blocks(swing_leg, support_leg, trunk, balance, givens, founds, flags)
         for column in range(size):
             lane = selected[start + column]
             stance = stance_in(given, column)

@@ -18,7 +18,7 @@ from jet_gym.posture_block import (
     FOUND_ROWS,
     FOUND_THRUST,
     GIVEN_ROWS,
-    evaluate_block,
+    evaluate_blocks,
     put,
 )
 from jet_gym.robot import Leg, Trunk, Vector
@@ -89,8 +89,9 @@ def observe(
         selected: Which lanes to observe.
         observations: Receives their observations (N, len(COMPONENTS)), each in its lane's row.
     """
-    given, found = np.zeros((GIVEN_ROWS, BLOCK)), np.empty((FOUND_ROWS, BLOCK))
-    violations = np.empty(BLOCK, np.int64)
+    givens, founds = np.zeros((1, GIVEN_ROWS, BLOCK)), np.empty((1, FOUND_ROWS, BLOCK))
+    flags = np.empty((1, BLOCK), np.int64)
+    given, found = givens[0], founds[0]
     for start in range(0, len(selected), BLOCK):
         size = min(BLOCK, len(selected) - start)
         for column in range(size):
@@ -106,7 +107,7 @@ def observe(
             row[24] = min(max(lanes.thrust[lane] / balance.max_thrust, 0.0), 1.0)
             row[_ROLL] = _clip(side * attitude[lane, 0], math.pi)
             row[_PITCH] = _clip(attitude[lane, 1], math.pi)
-        evaluate_block(swing_leg, support_leg, trunk, balance, given, found, violations)
+        evaluate_blocks(swing_leg, support_leg, trunk, balance, givens, founds, flags)
         for column in range(size):
             lane = selected[start + column]
             _observe_balance(balance, lanes, lane, side, found, column, observations[lane])
