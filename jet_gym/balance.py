@@ -193,12 +193,12 @@ def edge_vectors(stance: Stance, com_x: float, com_y: float) -> tuple[float, flo
     """Compare the lines of eq. (10): assigned ZMP to centre of mass, and centre of mass to swing ankle.
 
     Returns:
-        The sine and the cosine of the angle between them, each times both lengths [m^2], and the length
-        of the first squared [m^2].
+        The sine and the cosine of the angle theta_ZC - theta_CA between them, each times both lengths [m^2], and
+        the length of the first squared [m^2].
     """
     ux, uy = com_x - stance.assigned_zmp[0], com_y - stance.assigned_zmp[1]
     vx, vy = stance.swing_ankle[0] - com_x, stance.swing_ankle[1] - com_y
-    return ux * vy - uy * vx, ux * vx + uy * vy, ux * ux + uy * uy
+    return vx * uy - vy * ux, ux * vx + uy * vy, ux * ux + uy * uy
 
 
 @inlined

@@ -23,6 +23,7 @@ from jet_gym.urdf import Array
 Rotation = tuple[float, float, float, float, float, float, float, float, float]  # 3x3, row by row
 
 _TINY = 1e-300  # keeps a division by a length that may vanish finite
+_SINGULAR = 1e-12  # [m] or a cosine: below it a joint has no definite angle, and zero is taken
 LIMIT_TOLERANCE = 1e-12  # on the cosine by which a joint angle is held against its limits
 
 
@@ -47,8 +48,9 @@ def leg_inverse(leg: Leg, hip_from_ankle: Vector, foot_rotation: Rotation) -> tu
     radius_squared = ry * ry + rz * rz
     depth = math.sqrt(max(radius_squared - lateral * lateral, 0.0))
     scale = 1.0 / max(radius_squared, _TINY)
-    cos_roll = (rz * depth - ry * lateral) * scale
-    sin_roll = (ry * depth + rz * lateral) * scale
+    definite = radius_squared > _SINGULAR * _SINGULAR
+    cos_roll = (rz * depth - ry * lateral) * scale if definite else 1.0
+    sin_roll = (ry * depth + rz * lateral) * scale if definite else 0.0
 
     # In that plane: the cosine law for the knee. (px, pz) leads from hip to ankle.
     px, pz = -rx, -depth
@@ -70,22 +72,29 @@ def leg_inverse(leg: Leg, hip_from_ankle: Vector, foot_rotation: Rotation) -> tu
     vx = cos_knee * tx - sin_knee * tz + kx
     vz = sin_knee * tx + cos_knee * tz + kz
     scale = 1.0 / max(distance * math.sqrt(vx * vx + vz * vz), _TINY)
-    cos_ankle = (px * vx + pz * vz) * scale
-    sin_ankle = (pz * vx - px * vz) * scale
+    definite = distance > _SINGULAR
+    cos_ankle = (px * vx + pz * vz) * scale if definite else 1.0
+    sin_ankle = (pz * vx - px * vz) * scale if definite else 0.0
 
     # The hip takes up the rest: Rz(yaw) Rx(roll) Ry(pitch) = foot_rotation Rx(-ankle_roll) Ry(-ankle-knee).
     cos_pitch = cos_ankle * cos_knee - sin_ankle * sin_knee
     sin_pitch = sin_ankle * cos_knee + cos_ankle * sin_knee
-    _, r01, r02, _, r11, r12, r20, r21, r22 = foot_rotation
+    r00, r01, r02, r10, r11, r12, r20, r21, r22 = foot_rotation
     y0 = r01 * cos_roll - r02 * sin_roll
     y1 = r11 * cos_roll - r12 * sin_roll
     y2 = r21 * cos_roll - r22 * sin_roll
+    z0 = r01 * sin_roll + r02 * cos_roll
+    z1 = r11 * sin_roll + r12 * cos_roll
     z2 = r21 * sin_roll + r22 * cos_roll
     cos_hip_roll = math.sqrt(y0 * y0 + y1 * y1)
     scale = 1.0 / max(cos_hip_roll, _TINY)
-    cos_hip_yaw, sin_hip_yaw = y1 * scale, -y0 * scale
-    cos_hip_pitch = (z2 * cos_pitch - r20 * sin_pitch) * scale
-    sin_hip_pitch = -(r20 * cos_pitch + z2 * sin_pitch) * scale
+    definite = cos_hip_roll > _SINGULAR  # else yaw and pitch turn about one line: yaw is zero, pitch does it all
+    cos_hip_yaw = y1 * scale if definite else 1.0
+    sin_hip_yaw = -y0 * scale if definite else 0.0
+    cos_hip_pitch = (z2 * cos_pitch - r20 * sin_pitch) * scale if definite else r00 * cos_pitch + z0 * sin_pitch
+    sin_hip_pitch = (
+        -(r20 * cos_pitch + z2 * sin_pitch) * scale if definite else y2 * (r10 * cos_pitch + z1 * sin_pitch)
+    )
     return (
         (cos_hip_yaw, cos_hip_roll, cos_hip_pitch, cos_knee, cos_ankle, cos_roll),
         (sin_hip_yaw, y2, sin_hip_pitch, sin_knee, sin_ankle, sin_roll),
@@ -260,8 +269,8 @@ def inverse_kinematics(
 ) -> tuple[Array, Array]:
     """Find the joint positions of one leg that place its sole, in closed form.
 
-    Of the two or more solutions it returns the one with the knee on the side of its range and the hip roll
-    within +-90 degrees. Joint limits are not looked at.
+    Of the several solutions it returns the one with the knee on the side of its range, the hip above the foot's
+    sole and the hip roll within +-90 degrees. Joint limits are not looked at.
 
     Args:
         robot: The robot.
@@ -281,8 +290,9 @@ def inverse_kinematics(
     rotation = np.eye(3) if sole_rotation is None else np.asarray(sole_rotation, dtype=np.float64)
     if rotation.shape[-2:] != (3, 3) or not np.isfinite(rotation).all():
         raise ValueError(f"sole_rotation must be finite with shape (..., 3, 3), not {rotation.shape}")
+    shape = np.broadcast_shapes(shape, rotation.shape[:-2])
     rotation = np.broadcast_to(rotation, (*shape, 3, 3)).reshape(-1, 3, 3)
-    position = position.reshape(-1, 3)
+    position = np.array(np.broadcast_to(position, (*shape, 3)), order="C").reshape(-1, 3)
     angles, out_of_reach = np.empty((len(position), 6)), np.empty(len(position))
     _inverse(robot.leg(side), position, np.ascontiguousarray(rotation), angles, out_of_reach)
     return angles.reshape(*shape, 6), out_of_reach.reshape(shape)

@@ -46,7 +46,7 @@ class Postures:
         zmp: Zero-moment point (..., 2) [m] that the robot gets with this thrust, eqs (1) and (2).
         assigned_zmp: The assigned ZMP Z (..., 2) [m].
         fan: Where the swing foot's thrust acts (..., 3) [m], P_T.
-        edge_angle: Angle of eq. (10) (...) [rad], in (-pi, pi]; 0 where it is undefined.
+        edge_angle: theta_ZC - theta_CA of eq. (10) (...) [rad], in (-pi, pi]; 0 where it is undefined.
         out_of_reach: By how much a sole is out of reach (...) [m].
         violations: Violated constraints (...) as flags of :mod:`jet_gym.constraints`.
     """
@@ -93,7 +93,7 @@ def evaluate_postures(
     arrays = [finite_array(values, name, 3) for name, values in named.items()]
     shape = np.broadcast_shapes(*(array.shape for array in arrays))[:-1]
     soles, supports, pelvises = (
-        np.ascontiguousarray(np.broadcast_to(array, (*shape, 3)).reshape(-1, 3)) for array in arrays
+        np.array(np.broadcast_to(array, (*shape, 3)), order="C").reshape(-1, 3) for array in arrays
     )
     count = len(pelvises)
     com, fan = np.empty((count, 3)), np.empty((count, 3))

@@ -186,7 +186,9 @@ class Robot:
         return min(fan.max_thrust for fan in self.fans)
 
     def leg(self, side: Side) -> Leg:
-        """Return the numbers of one leg."""
+        """Return the numbers of one leg, ``"left"`` or ``"right"``."""
+        if side not in ("left", "right"):
+            raise ValueError(f"side must be 'left' or 'right', not {side!r}")
         return self.left if side == "left" else self.right
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -465,6 +467,8 @@ def _read_servos(urdf: Urdf, joint_names: Sequence[str]) -> list[Servo]:
             count, torque, ratio = (
                 _extension_number(tag, joint, attributes, key) for key in ("count", "torque", "gear_ratio")
             )
+            if count != int(count) or count < 1:
+                raise RobotError(f"servo {joint}: its count must be a whole number of 1 or more, not {count:g}")
             servos.append(Servo(joint, int(count), torque, ratio))
     return servos
 

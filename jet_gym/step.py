@@ -11,11 +11,13 @@ import numpy as np
 
 from jet_gym.errors import StepError
 from jet_gym.robot import Robot, Side, Vector, jet_hr1
-from jet_gym.swing_path import Arc, arc_of, arc_point, nominal_pelvis
+from jet_gym.swing_path import PATH_CHECKS, Arc, arc_of, arc_point, nominal_pelvis
 from jet_gym.urdf import Array
 
 NOMINAL_KNEE_BEND = 0.9  # height of the nominal pelvis above the soles over the leg length
 _LEAST_STEP = 1e-3  # [m] start and landing closer than this are one place
+_FARTHEST = 100.0  # [m] from the world's origin
+_TOUCH = 1e-4  # [m] feet that overlap by less only touch
 
 
 @dataclass(frozen=True)
@@ -107,7 +109,9 @@ class Step:
     def _refuse_overlapping_feet(self) -> None:
         swing_leg = self.robot.leg(self.swing)
         support_leg = self.robot.leg("right" if self.swing == "left" else "left")
-        path, support = self.swing_sole, np.array(self.support)
+        arc, checks = self.arc, max(self.points, PATH_CHECKS)
+        path = np.array([arc_point(arc, k / (checks - 1)) for k in range(checks)])
+        support = np.array(self.support)
         ax_min, ax_max, ay_min, ay_max = swing_leg.sole_rectangle
         bx_min, bx_max, by_min, by_max = support_leg.sole_rectangle
         dx, dy = (path - support)[:, 0], (path - support)[:, 1]
@@ -115,10 +119,10 @@ class Step:
         overlap_y = np.minimum(dy + ay_max, by_max) - np.maximum(dy + ay_min, by_min)
         overlap = np.minimum(overlap_x, overlap_y)
         worst = int(np.argmax(overlap))
-        if overlap[worst] > 1e-9:
-            where = {0: "start", self.points - 1: "landing"}.get(worst, f"swing point {worst}")
+        if overlap[worst] > _TOUCH:
+            where = {0: "at the start", checks - 1: "at the landing"}.get(worst, "on the way")
             raise StepError(
-                f"the feet overlap at the {where}: the swing sole at "
+                f"the feet overlap {where}: the swing sole at "
                 f"({path[worst, 0]:.3g}, {path[worst, 1]:.3g}) m reaches {1e3 * overlap[worst]:.3g} mm into "
                 f"the space of the support foot at ({support[0]:.3g}, {support[1]:.3g}) m"
             )
@@ -141,4 +145,6 @@ def _position(value: Sequence[float], name: str) -> Vector:
         raise StepError(f"{name} must be three numbers x, y, z in m, not {value!r}") from None
     if not all(map(math.isfinite, (x, y, z))):
         raise StepError(f"{name} must be finite, not {(x, y, z)}")
+    if max(map(abs, (x, y, z))) > _FARTHEST:
+        raise StepError(f"{name} must be within {_FARTHEST:g} m of the origin, not {(x, y, z)}")
     return x, y, z

@@ -137,10 +137,15 @@ def read_urdf(path: str | Path) -> Urdf:
         element = ElementTree.parse(path).getroot()
     except OSError as error:
         raise RobotError(f"cannot read the robot description {path}: {error.strerror}") from error
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, LookupError, ValueError) as error:  # the latter two: an encoding it cannot read
         raise RobotError(f"{path} is not a URDF file: {error}") from error
     if element.tag != "robot":
         raise RobotError(f"{path} is not a URDF file: its root element is <{element.tag}>, not <robot>")
+    for tag in ("link", "joint"):
+        names = [child.get("name") for child in element.findall(tag)]
+        twice = [name for name in names if not name or names.count(name) > 1]
+        if twice:
+            raise RobotError(f"{tag} {twice[0]!r}: every {tag} needs a name of its own")
     links = {link.name: link for link in map(_read_link, element.findall("link"))}
     joints = {joint.name: joint for joint in map(_read_joint, element.findall("joint"))}
     root = _find_root(links, joints)
@@ -177,7 +182,8 @@ def _numbers(text: str | None, default: tuple[float, ...], owner: str) -> tuple[
     except ValueError:
         values = ()
     if len(values) != len(default) or not all(map(math.isfinite, values)):
-        raise RobotError(f"{owner}: expected {len(default)} finite numbers, got {text!r}")
+        count = f"{len(default)} finite numbers" if len(default) > 1 else "a finite number"
+        raise RobotError(f"{owner}: expected {count}, got {text!r}")
     return values
 
 
@@ -203,7 +209,7 @@ def _read_link(element: ElementTree.Element) -> Link:
     inertial = element.find("inertial")
     mass, pose, inertia = 0.0, np.eye(4), np.zeros((3, 3))
     if inertial is not None:
-        mass = _attribute(inertial.find("mass"), "value", 0.0, owner)
+        mass = _attribute(inertial.find("mass"), "value", 0.0, f"{owner} mass")
         if mass < 0.0:
             raise RobotError(f"{owner}: its mass of {mass} kg is negative")
         pose = _pose(inertial.find("origin"), owner)
@@ -228,6 +234,8 @@ def _read_shape(element: ElementTree.Element, owner: str) -> Shape | None:
     else:
         x = y = 2.0 * _attribute(shape, "radius", 0.0, owner)
         z = _attribute(shape, "length", 0.0, owner) if shape.tag == "cylinder" else x
+    if min(x, y, z) <= 0.0:
+        raise RobotError(f"{owner}: the size of its {shape.tag} must be more than 0, not {(x, y, z)} m")
     return Shape(shape.tag, (x, y, z), pose)
 
 

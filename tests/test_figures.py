@@ -14,7 +14,7 @@ import pytest
 
 import agents
 from jet_gym import JetGymError, Step
-from jet_gym.courses import DITCH_SPAN, PAPER
+from jet_gym.courses import CARTON_HEIGHT, DITCH_SPAN, PAPER
 from jet_gym.figures import (
     check_figure_path,
     plot_locomotion,
@@ -23,7 +23,7 @@ from jet_gym.figures import (
     save_figure,
     style,
 )
-from jet_gym.figures.scene import CARTON_HEIGHT, bodies_of, cartons_of, ditch_of
+from jet_gym.figures.scene import bodies_of, cartons_of, ditch_of
 from jet_gym.figures.stereo_view import THRUST_SCALE
 from jet_gym.plan import Plan
 from jet_gym.statistics import Interval

@@ -198,7 +198,7 @@ def test_settings_change_what_counts_as_violated(robot: Robot, rng: np.random.Ge
 def test_a_batch_gives_what_its_postures_give_one_by_one(
     robot: Robot, rng: np.random.Generator, swing: Side, model: str
 ) -> None:
-    pelvis, settings = cloud(rng, swing, 103), BalanceSettings(thrust_model=model)
+    pelvis, settings = cloud(rng, swing, 150), BalanceSettings(thrust_model=model)
     batch = evaluate_postures(robot, swing, *feet(swing), pelvis, settings)
     for i in range(len(pelvis)):
         single = evaluate_postures(robot, swing, *feet(swing), pelvis[i], settings)
@@ -248,6 +248,14 @@ def test_positions_broadcast(robot: Robot, rng: np.random.Generator) -> None:
         assert single.thrust.shape == ()
         np.testing.assert_array_equal(grid.joint_positions[i, j], single.joint_positions)
         assert grid.thrust[i, j] == single.thrust
+
+
+def test_postures_do_not_change_when_their_caller_moves_on(robot: Robot, rng: np.random.Generator) -> None:
+    pelvis = cloud(rng, "left", 5)
+    postures = evaluate_postures(robot, "left", *feet("left"), pelvis)
+    before = postures.pelvis.copy()
+    pelvis += 1.0
+    np.testing.assert_array_equal(postures.pelvis, before)
 
 
 @pytest.mark.parametrize("position", range(3))

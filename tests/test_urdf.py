@@ -283,8 +283,8 @@ def test_what_is_not_one_tree_is_refused(read: Callable[[str], Urdf], content: s
 
 BAD_NUMBERS = {
     "negative mass": (inertial('<mass value="-1"/>'), r"link a: its mass of -1\.0 kg is negative"),
-    "infinite mass": (inertial('<mass value="inf"/>'), "link a value: .*'inf'"),
-    "mass in words": (inertial('<mass value="one"/>'), "link a value: .*'one'"),
+    "infinite mass": (inertial('<mass value="inf"/>'), "link a mass value: .*'inf'"),
+    "mass in words": (inertial('<mass value="one"/>'), "link a mass value: .*'one'"),
     "inertia": (inertial('<mass value="1"/><inertia ixx="nan"/>'), "link a ixx: .*'nan'"),
     "place": (inertial('<origin xyz="0 nan 0"/>'), "link a origin xyz: expected 3 finite numbers, got '0 nan 0'"),
     "two of three": (inertial('<origin xyz="0 0"/>'), "link a origin xyz: .*'0 0'"),

@@ -183,6 +183,9 @@ class TestRepeatability:
         world.hold(1.0, stop_on_fall=False)
         world.advance(side_plan.joint_positions[40], 23.0, 0.3, stop_on_fall=False)  # throws it over
         world.hold(1.0, stop_on_fall=False)
+        begin(world, side_plan, point=59)
+        world.next_step(forward_plan.step)  # gives the cartons other parts to play
+        world.hold(0.2)
         assert trace(world, side_plan) == first
 
     def test_two_worlds_give_the_same_states(self, world, forward_plan):
@@ -310,6 +313,24 @@ class TestSteps:
         assert measured[-1].fallen
         assert "tilts" in measured[-1].reason or "lost" in measured[-1].reason
         assert measured[-1].time < forward_plan.step.duration
+
+    def test_a_crouch_below_the_least_height_is_a_fall(self, side_plan):
+        with World(settings=SimulationSettings(least_height=0.75)) as world:
+            assert "above the support sole" in begin(world, side_plan).reason
+
+    def test_speeds_beyond_reason_are_an_explosion(self, world, side_plan):
+        begin(world, side_plan)
+        world.client.resetBaseVelocity(world.body.id, (0.0, 0.0, 30.0))
+        assert "exploded" in world.hold(0.1).reason
+        assert not begin(world, side_plan).fallen
+
+    def test_a_lost_support_foot_is_a_fall(self, world, side_plan):
+        begin(world, side_plan)
+        world.client.resetBaseVelocity(world.body.id, (0.0, 0.0, 1.5))
+        lost = world.hold(0.2)
+        assert "support foot" in lost.reason
+        assert not lost.support_contact
+        assert lost.time < 0.1
 
     def test_both_motions_in_a_row(self, world, side_plan, forward_plan):
         """The side step, four seconds in double support, the step across the ditch: the paper's 24 s."""

@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 from jet_gym.balance import BalanceParameters, Stance, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.courses import CARTON_LENGTH, CARTON_WIDTH
-from jet_gym.envs.lanes import Lanes, lane_arc, lane_sole
+from jet_gym.envs.lanes import Lanes, compiled_arc_point, lane_arc, lane_sole
 from jet_gym.posture_state import posture_at
 from jet_gym.robot import Leg, Robot, Trunk, Vector
 from jet_gym.step import NOMINAL_KNEE_BEND
-from jet_gym.swing_path import nominal_pelvis
+from jet_gym.swing_path import PATH_CHECKS, nominal_pelvis
 from jet_gym.urdf import Array
 
 TRIES = 8  # draws that one block of random numbers holds
@@ -174,8 +174,9 @@ def _feasible(
         return False
     support = (lanes.support[lane, 0], lanes.support[lane, 1], lanes.support[lane, 2])
     arc, last = lane_arc(lanes, lane), lanes.points[lane] - 1
-    for point in range(last + 1):
-        if _overlap(swing_leg, support_leg, lane_sole(lanes, lane, arc, point), support):
+    checks = max(last + 1, PATH_CHECKS)
+    for k in range(checks):
+        if _overlap(swing_leg, support_leg, compiled_arc_point(arc, k / (checks - 1)), support):
             return False
     for point in (last, last // 2, 0):
         stance = stance_of(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from time import sleep
 from typing import Any, Literal, get_args
 
 import gymnasium as gym
@@ -14,7 +15,8 @@ from jet_gym.balance import ThrustModel
 from jet_gym.constraints import violation_names
 from jet_gym.envs.lanes import Transition, begin, empty_lanes, empty_transition, step_of_lane
 from jet_gym.envs.model import RewardForm, TaskModel
-from jet_gym.envs.physics import BulletPhysics, Picture
+from jet_gym.envs.physics import BulletPhysics
+from jet_gym.envs.picture import Picture, Scene
 from jet_gym.errors import SettingsError
 from jet_gym.step import Step
 from jet_gym.urdf import Array
@@ -91,7 +93,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     | `thrust_limits` | eq. (9) fails: -2, and -1 more for each 23 N |
     | `edge_polygon` | eq. (10) fails: -2, and -1 more for each 20 degrees |
     | `zmp` | eq. (11) fails: -2, and -1 more for each 0.05 m |
-    | `zmp` with bullet | the measured ZMP comes within 5 mm of the sole's edge: down to -2 at the edge |
+    | `zmp` with bullet | on one foot, the measured ZMP comes within 5 mm of the sole's edge: to -2 at the edge |
     | `tilt` | bullet: the pelvis tilts by more than 3 degrees: -1 for each 10 degrees beyond |
     | `fall` | bullet: the robot fell: -31, the worst of a point, for this one and each that is left |
 
@@ -194,6 +196,8 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
         self._picture: Picture | None = None
         self._lanes = empty_lanes(1)
         self._attitude = np.zeros((1, 2))
+        self._last: Transition | None = None
+        self._last_info: dict[str, Any] = {}
         self._running = False
 
     @property
@@ -226,7 +230,8 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
         if self._physics is not None:
             self._attitude[0] = self._physics.reset(self.current_step)
         if self._picture is not None:
-            self._picture.reset(self.current_step)
+            self._picture.begin()
+        self._last, self._last_info = None, {}
         self._running = True
         if self.render_mode == "human":
             self.render()
@@ -257,13 +262,15 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
         info["reward_terms"] = {name: float(value[0]) for name, value in terms.items()}
         if self._physics is not None:
             points_left = int(self._lanes.points[0] - self._lanes.point[0])
-            outcome = self._physics.advance(result, points_left, info["reward_terms"])
+            first = self._lanes.point[0] == 1
+            outcome = self._physics.advance(result, first, points_left, info["reward_terms"])
             self._attitude[0] = outcome.attitude
             info.update(outcome.info)
             info["reward_terms"] = outcome.reward_terms
             reward = float(sum(outcome.reward_terms.values()))
             terminated = terminated or outcome.fallen
             success = success and not outcome.fallen
+        self._last, self._last_info = result, info
         if terminated:
             info["is_success"] = bool(success)
             self._running = False
@@ -282,15 +289,31 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
         action[1] *= 1.0 if self._lanes.swing_is_left[0] else -1.0
         return np.asarray(action)
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
-        """Return a frame (height, width, 3), or show it in PyBullet's window."""
+    def render(self) -> NDArray[np.uint8] | None:
+        """Return a frame (height, width, 3), or show it in PyBullet's window.
+
+        Raises:
+            ResetNeeded: Before the first reset.
+        """
         if self.render_mode is None:
             gym.logger.warn("render() needs render_mode='human' or 'rgb_array' in gymnasium.make()")
             return None
+        if self._lanes.points[0] == 0:
+            raise ResetNeeded("there is nothing to see before the first reset()")
         if self._picture is None:
             self._picture = Picture(self.model, self._physics, window=self.render_mode == "human")
-            self._picture.reset(self.current_step)
-        return self._picture.frame(self._lanes)
+        info = self._last_info
+        scene = Scene(
+            step=self.current_step,
+            point=int(self._lanes.point[0]) - 1,
+            transition=self._last,
+            zmp=info.get("measured_zmp", info.get("zmp")),
+            thrust=float(info.get("measured_thrust", info.get("thrust", 0.0))),
+        )
+        frame = self._picture.frame(scene)
+        if frame is None and self._physics is None:
+            sleep(1.0 / self.metadata["render_fps"])
+        return frame
 
     def close(self) -> None:
         """Close simulation and window; again is no error."""
@@ -302,7 +325,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     def _observe(self) -> NDArray[np.float32]:
         observations = self.model.empty_observations(1)
         self.model.observe(self._lanes, self._attitude, _ONLY_LANE, observations)
-        return observations[0]
+        return np.asarray(observations[0])
 
     def _info(self, result: Transition) -> dict[str, Any]:
         """Return the model's part of the info."""

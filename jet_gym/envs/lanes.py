@@ -38,7 +38,7 @@ from jet_gym.step import Step
 from jet_gym.swing_path import Arc, arc_of, arc_point
 from jet_gym.urdf import Array
 
-_arc_of, _arc_point = inlined(arc_of), inlined(arc_point)
+compiled_arc_of, compiled_arc_point = inlined(arc_of), inlined(arc_point)
 
 
 class Lanes(NamedTuple):
@@ -144,7 +144,7 @@ def step_of_lane(lanes: Lanes, lane: int, robot: Robot) -> Step:
 def lane_arc(lanes: Lanes, lane: int) -> Arc:
     """Return the arc of a lane's swing sole."""
     start, landing = lanes.start[lane], lanes.landing[lane]
-    return _arc_of(
+    return compiled_arc_of(
         (start[0], start[1], start[2]),
         (landing[0], landing[1], landing[2]),
         lanes.apex[lane],
@@ -155,7 +155,7 @@ def lane_arc(lanes: Lanes, lane: int) -> Arc:
 @inlined
 def lane_sole(lanes: Lanes, lane: int, arc: Arc, point: int) -> Vector:
     """Return the swing sole of a lane at a swing point; beyond the last one it stays there."""
-    return _arc_point(arc, point / (lanes.points[lane] - 1))
+    return compiled_arc_point(arc, point / (lanes.points[lane] - 1))
 
 
 @entry_point
@@ -313,7 +313,8 @@ def _joint_excess(swing_leg: Leg, support_leg: Leg, found: Array, column: int) -
 @inlined
 def _outside(support: Rectangle, found: Array, column: int) -> float:
     """Return how far the ZMP is outside of the support sole [m]."""
-    x, y = found[FOUND_ZMP, column], found[FOUND_ZMP + 1, column]
+    x: float = found[FOUND_ZMP, column]
+    y: float = found[FOUND_ZMP + 1, column]
     return max(support[0] - x, x - support[1], support[2] - y, y - support[3])
 
 

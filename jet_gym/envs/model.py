@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, Literal, get_args
+from typing import Any, Literal, TypeAlias, cast, get_args
 
 import numpy as np
 from gymnasium import spaces
@@ -21,6 +21,7 @@ from jet_gym.robot import Leg, Trunk, jet_hr1
 from jet_gym.step import Step
 from jet_gym.urdf import Array
 
+Float32Space: TypeAlias = spaces.Space[NDArray[np.float32]]
 RewardForm = Literal["graded", "fitness"]
 FITNESS_TERMS = ("f1", "f2", "f3", "f4")
 
@@ -66,15 +67,35 @@ class TaskModel:
         """Fitness of a posture at full thrust; rewards are fitness over it."""
         return self.fitness.thrust_weight * self._balance.max_thrust
 
-    @staticmethod
-    def observation_space() -> spaces.Box:
-        """Return the observation space of one environment."""
-        return spaces.Box(LOW, HIGH, dtype=np.float32)
+    @property
+    def max_thrust(self) -> float:
+        """Largest thrust [N]."""
+        return self._balance.max_thrust
+
+    @property
+    def thrust_penalty(self) -> float:
+        """What a thrust that the fan cannot give costs as a term of the fitness reward."""
+        return self.fitness.thrust_penalty / self.fitness_scale
+
+    @property
+    def worst_reward(self) -> float:
+        """The least that the terms of the constraints and of full thrust can come to at one swing point."""
+        if self.reward == "graded":
+            return -1.0 - 5.0 * self.settings.largest_cost
+        fitness = self.fitness
+        return -(fitness.joint_limit_penalty + fitness.edge_penalty + fitness.thrust_penalty) / self.fitness_scale
 
     @staticmethod
-    def action_space() -> spaces.Box:
+    def observation_space() -> Float32Space:
+        """Return the observation space of one environment."""
+        space: Any = spaces.Box(LOW, HIGH, dtype=np.float32)
+        return cast(Float32Space, space)
+
+    @staticmethod
+    def action_space() -> Float32Space:
         """Return the action space of one environment."""
-        return spaces.Box(-1.0, 1.0, (3,), dtype=np.float32)
+        space: Any = spaces.Box(-1.0, 1.0, (3,), dtype=np.float32)
+        return cast(Float32Space, space)
 
     @staticmethod
     def empty_observations(count: int) -> NDArray[np.float32]:

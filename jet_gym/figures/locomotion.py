@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jet_gym.courses import CARTON_LENGTH
+from jet_gym.courses import CARTON_LENGTH, CARTON_WIDTH
 from jet_gym.figures import style
-from jet_gym.figures.scene import CARTON_WIDTH, Bodies, Scene, bodies_of
+from jet_gym.figures.scene import Bodies, Scene, bodies_of
 from jet_gym.figures.stereo_view import draw_stereo_view
 from jet_gym.figures.top_view import draw_support_view, draw_top_view
 from jet_gym.plan import Plan

@@ -1,0 +1,24 @@
+"""Jet-HR1 in PyBullet: the world it moves in, what is measured there, and pictures of it.
+
+PyBullet itself is imported when a :class:`World` is made, so that everything else works without it.
+"""
+
+from jet_gym.simulation.camera import CameraSettings
+from jet_gym.simulation.errors import BulletMissingError, DisplayMissingError, WorldStateError
+from jet_gym.simulation.measurement import Measurement
+from jet_gym.simulation.overlay import Overlay
+from jet_gym.simulation.renderer import Renderer
+from jet_gym.simulation.settings import SimulationSettings
+from jet_gym.simulation.world import World
+
+__all__ = [
+    "BulletMissingError",
+    "CameraSettings",
+    "DisplayMissingError",
+    "Measurement",
+    "Overlay",
+    "Renderer",
+    "SimulationSettings",
+    "World",
+    "WorldStateError",
+]

@@ -1,0 +1,44 @@
+"""A PyBullet physics server of one's own; the only place that imports PyBullet."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from typing import Any
+
+from jet_gym.simulation.errors import BulletMissingError, DisplayMissingError
+
+
+def connect(gui: bool = False) -> Any:
+    """Start a physics server and return its client, a ``pybullet_utils.bullet_client.BulletClient``.
+
+    Every call of the client goes to its own server, so that worlds do not disturb each other; a bare
+    ``pybullet`` call would go to the first server of the process, whoever owns it.
+
+    Args:
+        gui: Whether to open PyBullet's window.
+
+    Raises:
+        BulletMissingError: If PyBullet is not installed.
+        DisplayMissingError: If a window is asked for and there is no display, where PyBullet itself would end
+            the whole process; or if PyBullet cannot start.
+    """
+    try:
+        pybullet: Any = importlib.import_module("pybullet")
+        bullet_client: Any = importlib.import_module("pybullet_utils.bullet_client").BulletClient
+    except ImportError as error:
+        raise BulletMissingError(
+            "the simulation needs PyBullet, which is not installed: pip install jet-gym[bullet]"
+        ) from error
+    if gui and sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
+        raise DisplayMissingError(
+            "there is no display for PyBullet's window (DISPLAY is not set); render to images instead"
+        )
+    # The client's constructor passes options to connect(), which makes PyBullet print a line to stdout.
+    client = bullet_client.__new__(bullet_client)
+    client._shapes, client._pid = {}, os.getpid()
+    client._client = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
+    if client._client < 0:
+        raise DisplayMissingError(f"PyBullet could not {'open its window' if gui else 'start a server'}")
+    return client

@@ -1,0 +1,158 @@
+"""Pictures of a world without a window: PyBullet's software renderer, shadows, and what is drawn over it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jet_gym.courses import CARTON_HEIGHT
+from jet_gym.errors import SettingsError
+from jet_gym.robot import Robot, jet_hr1
+from jet_gym.simulation.camera import Camera, CameraSettings, Pixels
+from jet_gym.simulation.errors import WorldStateError
+from jet_gym.simulation.overlay import Overlay, draw_overlay
+from jet_gym.simulation.shading import darken, ditch_of, floor_colors, floor_points, shadow
+from jet_gym.simulation.stage import Stage
+from jet_gym.simulation.world import World
+from jet_gym.step import Step
+from jet_gym.urdf import Array
+
+_LIGHT = CameraSettings(
+    azimuth=math.radians(-30.0),
+    elevation=math.radians(56.0),
+    field_of_view=math.radians(14.0),
+    margin=0.02,
+    near=1.0,
+    far=30.0,
+)
+_LIGHT_PIXELS = 512
+_ELBOW_ROOM = 0.10  # [m] around the pelvis
+_SHADOWS_REACH = 1.5  # [m] around the middle of the scene
+_CROUCHED = 0.8  # share of its height that the robot has when it walks
+
+
+class Renderer:
+    """Draws worlds of one robot. What it draws is a copy, so that drawing changes nothing in a world.
+
+    Attributes:
+        width: Width of the pictures [px].
+        height: Height of the pictures [px].
+        camera: The camera; it frames the step and follows the robot.
+        stage: What the camera looks at.
+
+    Args:
+        robot: The robot; Jet-HR1 where omitted.
+        width: Width of the pictures [px].
+        height: Height of the pictures [px].
+        supersampling: By how much larger the bodies are rendered before they are made smaller, so that their
+            edges are smooth; 1 is the fastest.
+        camera: From where the camera looks; a three-quarter view from the front where omitted.
+
+    Raises:
+        BulletMissingError: If PyBullet is not installed.
+        SettingsError: If a size makes no sense.
+    """
+
+    def __init__(
+        self,
+        robot: Robot | None = None,
+        width: int = 640,
+        height: int = 480,
+        *,
+        supersampling: int = 2,
+        camera: CameraSettings | None = None,
+    ) -> None:
+        for name, value in (("width", width), ("height", height), ("supersampling", supersampling)):
+            if isinstance(value, bool) or not isinstance(value, int) or not 0 < value <= 8192:
+                raise SettingsError(f"{name} must be a whole number from 1 to 8192, not {value!r}")
+        self.width, self.height = width, height
+        self.camera = Camera(width, height, camera)
+        self.stage = Stage(robot or jet_hr1())
+        self._supersampling = supersampling
+        self._light = Camera(_LIGHT_PIXELS, _LIGHT_PIXELS, _LIGHT)
+
+    def __enter__(self) -> Renderer:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Shut down the stage; a second time does nothing."""
+        self.stage.close()
+
+    def render(self, world: World, overlay: Overlay | None = None) -> NDArray[np.uint8]:
+        """Draw a world.
+
+        Args:
+            world: The world; its cartons must have been placed.
+            overlay: What to draw over the picture.
+
+        Returns:
+            The picture (height, width, 3), red, green, blue.
+
+        Raises:
+            WorldStateError: If there is no step in the world yet.
+        """
+        if world.step is None:
+            raise WorldStateError("there is nothing to draw: reset the world or place its cartons first")
+        self.stage.copy(world)
+        corners = _corners(world.step, world.body.pelvis().pose.position)
+        self.camera.follow(corners)
+        self._light.forget()
+        self._light.follow(corners)
+        picture = self._picture(world.step, corners.mean(axis=0))
+        return picture if overlay is None else draw_overlay(picture, self.camera, overlay)
+
+    def _picture(self, step: Step, middle: Array) -> NDArray[np.uint8]:
+        scale, to_light = self._supersampling, -self._light.axes[2]
+        shot = self.stage.shoot(self.camera, scale * self.width, scale * self.height, to_light)
+        light = self.stage.shoot(self._light, _LIGHT_PIXELS, _LIGHT_PIXELS, to_light)
+        light_depth = np.where(light.solid, light.depth, np.float32(np.inf))
+
+        ground = min(step.start[2], step.landing[2], step.support[2]) - CARTON_HEIGHT
+        floor, floor_depth = floor_points(self.camera, ground)
+        picture = floor_colors(floor, floor_depth, middle, ditch_of(step))
+        lit = np.hypot(floor[..., 0] - middle[0], floor[..., 1] - middle[1]) < _SHADOWS_REACH
+        picture[lit] = darken(picture[lit], shadow(floor[lit], self._light, light_depth))
+
+        # Plinths go through the floor.
+        above = shot.solid & (self.camera.heights(shot.depth) > ground - 1e-3)
+        share = self._smaller(above.astype(np.float32))
+        solid = share > 0.0
+        colors = self._smaller(shot.color * above[..., None])[solid] / share[solid, None]
+        depth = self._smaller(shot.depth * above)[solid] / share[solid]
+        points = self.camera.eye.astype(np.float32) + self.camera.rays()[solid] * depth[:, None]
+        colors = darken(colors, 0.8 * shadow(points, self._light, light_depth))
+        picture[solid] += share[solid, None] * (colors - picture[solid])
+        return np.clip(np.rint(picture), 0.0, 255.0).astype(np.uint8)
+
+    def _smaller(self, pixels: NDArray[Any]) -> Pixels:
+        """Return the means over what will be one pixel."""
+        scale = self._supersampling
+        parts = [pixels[row::scale, column::scale] for row in range(scale) for column in range(scale)]
+        total = np.zeros(parts[0].shape, dtype=np.float32)
+        for part in parts:
+            total += part
+        return np.asarray(total / scale**2, dtype=np.float32)
+
+
+def _corners(step: Step, pelvis: Array) -> Array:
+    """Return points (N, 3) [m] around everything that a picture should show."""
+    soles = np.array([step.start, step.landing, step.support])
+    rectangles = np.array([step.robot.left.sole_rectangle, step.robot.right.sole_rectangle])
+    reach = np.abs(rectangles).max()
+    low, high = soles.min(axis=0) - reach, soles.max(axis=0) + reach
+    low[2], high[2] = low[2] + reach - CARTON_HEIGHT, step.support[2]
+    robot_low = np.append(pelvis[:2] - _ELBOW_ROOM, step.support[2])
+    head = pelvis[2] + step.robot.height - step.robot.leg_length
+    robot_high = np.append(pelvis[:2] + _ELBOW_ROOM, max(head, step.support[2] + _CROUCHED * step.robot.height))
+    boxes = ((low, high), (robot_low, robot_high))
+    return np.array([corner for box in boxes for corner in itertools.product(*zip(*box, strict=True))])
