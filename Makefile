@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: demo test lint format claims sweep benchmarks clean
+.PHONY: demo test lint format claims sweep benchmarks pictures clean
 
 demo: .venv/base.installed  ## plan the paper's two motions, print the tables, draw the pictures into demo/
 	@mkdir -p demo
@@ -27,6 +27,12 @@ claims sweep: .venv/base.installed  ## what the paper says, measured; what the s
 
 benchmarks: .venv/full.installed  ## speed as ratios against other libraries
 	@$(BIN)/python -m benchmarks
+
+pictures: .venv/base.installed  ## the pictures of README and docs
+	@$(BIN)/jet-gym plan forward --output docs/images/plan.json --plot docs/images/forward.png
+	@rm docs/images/plan.json docs/images/forward.png
+	@$(BIN)/jet-gym sweep --plot docs/images/smoothness-sweep.png
+	@$(BIN)/python examples/frame.py docs/images/across-the-ditch.png
 
 .venv/base.installed: pyproject.toml constraints.txt | .venv/bin/python
 	@echo "Installing jet_gym into .venv ..."

@@ -111,8 +111,8 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     ## Episode Termination
 
     The episode terminates after the last swing point: a success if no constraint was violated and the robot
-    stands. With bullet it also terminates if the robot falls: it tilts by more than 30 degrees, sinks, or its
-    support foot leaves the ground, or the simulation explodes; that is no success. It is truncated after
+    stands. With bullet it also terminates if the robot falls: it tilts by more than 20 degrees, sinks, or its
+    support foot leaves the carton, or the simulation explodes; that is no success. It is truncated after
     500 swing points, which only a step given by the user can have.
 
     ## Arguments

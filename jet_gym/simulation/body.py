@@ -107,6 +107,8 @@ class RobotBody:
                 lateralFriction=settings.sole_friction,
                 spinningFriction=settings.spinning_friction,
                 rollingFriction=settings.rolling_friction,
+                contactStiffness=settings.contact_stiffness,
+                contactDamping=settings.contact_damping,
                 restitution=settings.restitution,
                 frictionAnchor=1,  # else the solver's residual lets a standing robot creep by 0.4 mm/s
                 linearDamping=0.0,

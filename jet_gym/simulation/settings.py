@@ -37,6 +37,9 @@ class SimulationSettings:
         spinning_friction: Torsional friction of a single contact point [m]; a sole rests on four, whose sliding
             friction already resists turning.
         rolling_friction: Rolling friction of a single contact point [m].
+        contact_stiffness: Stiffness of a single contact point [N/m]: a sole of hard rubber yields by less than
+            0.1 mm. Without any give, the solver chatters now and then.
+        contact_damping: Damping of a single contact point [N s/m].
         restitution: Share of its speed that a landing foot keeps [1].
         position_gain: Share of the position error that a servo removes in one simulation step [1].
         velocity_gain: Share of the velocity error that it removes in one simulation step [1].
@@ -58,6 +61,8 @@ class SimulationSettings:
     sole_friction: float = 0.8
     spinning_friction: float = 0.0
     rolling_friction: float = 0.0
+    contact_stiffness: float = 3e5
+    contact_damping: float = 1e3
     restitution: float = 0.0
     position_gain: float = 0.4
     velocity_gain: float = 1.0

@@ -1,0 +1,35 @@
+"""The examples run as they are."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "words"),
+    [
+        ("random_agent.py", [], "episode 2: return"),
+        ("own_reward.py", [], "return"),
+        ("gas_agent_video.py", ["out.gif"], "success True, wrote out.gif"),
+        ("frame.py", ["out.png"], "wrote out.png"),
+        ("train_sb3.py", ["2048"], "after 2048 training steps"),
+    ],
+)
+def test_example_runs(name: str, arguments: list[str], words: str, tmp_path: Path) -> None:
+    command = [sys.executable, str(EXAMPLES / name), *arguments]
+    result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
+    assert result.returncode == 0, result.stderr
+    assert words in result.stdout
+    if arguments and arguments[0].startswith("out"):
+        assert (tmp_path / arguments[0]).stat().st_size > 50_000
+
+
+def test_every_example_is_run_here() -> None:
+    here = Path(__file__).read_text(encoding="utf-8")
+    assert all(f'"{path.name}"' in here for path in EXAMPLES.glob("*.py"))
