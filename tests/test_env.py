@@ -303,6 +303,19 @@ def test_spec_survives_json_and_plugs_in_by_module_name() -> None:
     assert np.array_equal(env.reset(seed=0)[0], again.reset(seed=0)[0])
     assert env.spec is not None
     assert env.spec.max_episode_steps == 500
+    assert env.spec.reward_threshold == -11.4
+
+
+def test_the_reward_threshold_is_what_gas_reaches(make: Any) -> None:
+    """On the seeds that its comment names, a quarter of them here."""
+    env = make(physics="quasistatic")
+    returns = []
+    for seed in range(50):
+        env.reset(seed=seed)
+        plan = make_planner("gas").plan(env.unwrapped.current_step)
+        returns.append(sum(env.step(env.unwrapped.action_to(pelvis))[1] for pelvis in plan.pelvis))
+    spread = np.std(returns) / np.sqrt(len(returns))
+    assert abs(np.mean(returns) - env.spec.reward_threshold) < 3.0 * spread
 
 
 def test_asynchronous_workers_that_are_spawned_find_the_environment(tmp_path: Path) -> None:

@@ -462,8 +462,12 @@ class TestSettings:
         "settings",
         [
             SimulationSettings(position_gain=0.2),
+            SimulationSettings(position_gain=0.8),
+            SimulationSettings(solver_iterations=25),
             SimulationSettings(solver_iterations=100),
             SimulationSettings(sole_friction=0.4),
+            SimulationSettings(contact_stiffness=1e5),
+            SimulationSettings(contact_stiffness=1e6),
             SimulationSettings(rate=480.0),
         ],
     )

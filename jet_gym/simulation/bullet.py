@@ -8,6 +8,7 @@ import sys
 from typing import Any
 
 from jet_gym.simulation.errors import BulletMissingError, DisplayMissingError
+from jet_gym.simulation.settings import SimulationSettings
 
 
 def connect(gui: bool = False) -> Any:
@@ -42,3 +43,15 @@ def connect(gui: bool = False) -> Any:
     if client._client < 0:
         raise DisplayMissingError(f"PyBullet could not {'open its window' if gui else 'start a server'}")
     return client
+
+
+def configure(client: Any, settings: SimulationSettings) -> None:
+    """Tell an engine how to compute, and set up the view of its window, if it has one."""
+    client.setPhysicsEngineParameter(
+        fixedTimeStep=settings.time_step,
+        numSolverIterations=settings.solver_iterations,
+        deterministicOverlappingPairs=1,  # contacts in an order that the past does not decide
+    )
+    client.setGravity(0.0, 0.0, -settings.gravity)
+    client.configureDebugVisualizer(client.COV_ENABLE_GUI, 0)
+    client.resetDebugVisualizerCamera(1.4, 50.0, -18.0, (0.2, 0.1, 0.15))

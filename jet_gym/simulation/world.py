@@ -14,7 +14,7 @@ from jet_gym.kinematics import finite_array, forward_kinematics
 from jet_gym.robot import Robot, Side, jet_hr1
 from jet_gym.simulation.actuators import Actuators
 from jet_gym.simulation.body import Pose, RobotBody
-from jet_gym.simulation.bullet import connect
+from jet_gym.simulation.bullet import configure, connect
 from jet_gym.simulation.cartons import Cartons
 from jet_gym.simulation.errors import WorldStateError
 from jet_gym.simulation.measurement import Measurement
@@ -57,7 +57,7 @@ class World:
         self.client: Any = connect(gui)
         self.step: Step | None = None
         self._gui, self._open = gui, True
-        self._prepare_engine()
+        configure(self.client, self.settings)
         self.cartons = Cartons(self.client, self.settings.restitution)
         self.body = RobotBody(self.client, self.robot, visible=gui)
         self.body.set_up(self.settings)
@@ -249,18 +249,6 @@ class World:
 
     def _keep_pace(self) -> None:
         sleep(max(self._clock + self.time - perf_counter(), 0.0))
-
-    def _prepare_engine(self) -> None:
-        client, settings = self.client, self.settings
-        client.setPhysicsEngineParameter(
-            fixedTimeStep=settings.time_step,
-            numSolverIterations=settings.solver_iterations,
-            deterministicOverlappingPairs=1,
-        )
-        client.setGravity(0.0, 0.0, -settings.gravity)
-        if self._gui:
-            client.configureDebugVisualizer(client.COV_ENABLE_GUI, 0)
-            client.resetDebugVisualizerCamera(1.4, 50.0, -18.0, (0.2, 0.1, 0.15))
 
     def _command(self, joint_positions: ArrayLike) -> Array:
         return np.clip(_vector(joint_positions, "joint_positions", 12), self.robot.lower, self.robot.upper)
