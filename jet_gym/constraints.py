@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 REACH = 1  # a sole is out of its leg's reach; then eqs (8) to (11) count as violated too
 JOINT_LIMITS = 2  # eq. (8)
 THRUST = 4  # eq. (9)
@@ -19,6 +21,7 @@ CONSTRAINT_NAMES = {
 }
 
 
+@functools.cache
 def violation_names(flags: int) -> tuple[str, ...]:
     """Return the names of the constraints whose flags are set."""
     return tuple(name for flag, name in CONSTRAINT_NAMES.items() if flags & flag)

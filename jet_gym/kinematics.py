@@ -199,13 +199,15 @@ def from_middle(leg: Leg, joint: int, cosine: float, sine: float) -> tuple[float
     return cosine * c + sine * s, sine * c - cosine * s
 
 
-def joint_positions_from_middle(robot: Robot, from_middle: Array) -> Array:
-    """Return joint positions (..., 12) [rad] from angles (..., 12) counted from the middles of their ranges."""
+def range_middles(robot: Robot) -> Array:
+    """Return the middles of the joints' ranges (12,) [rad], counted about +z, +x, +y, +y, +y, +x."""
     legs = (robot.left, robot.right)
-    middles = [0.5 * (low + high) for leg in legs for low, high in zip(leg.lower, leg.upper, strict=True)]
-    joint_positions: Array = from_middle + np.array(middles)
-    joint_positions *= np.array([sign for leg in legs for sign in leg.axis_signs])
-    return joint_positions
+    return np.array([0.5 * (low + high) for leg in legs for low, high in zip(leg.lower, leg.upper, strict=True)])
+
+
+def axis_signs(robot: Robot) -> Array:
+    """Return the signs (12,) that lead from there to the URDF's own joint directions."""
+    return np.array((*robot.left.axis_signs, *robot.right.axis_signs))
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.balance import BalanceSettings, edge_undefined, stance_of
 from jet_gym.compilation import entry_point
-from jet_gym.kinematics import finite_array, joint_positions_from_middle
+from jet_gym.kinematics import axis_signs, finite_array, range_middles
 from jet_gym.posture_block import (
     BLOCK,
     COM,
@@ -108,7 +108,7 @@ def evaluate_postures(
     evaluate_blocks(swing_leg, support_leg, robot.trunk, balance, given, found, flags)
     _read(side, swing_leg.fan[2], given, found, flags, cosines, sines, com, fan, scalars, points, violations)
     angles = np.arctan2(sines, cosines)  # NumPy's runs in SIMD lanes, the compiler's does not
-    joints = joint_positions_from_middle(robot, angles[:, :12])
+    joints = (angles[:, :12] + range_middles(robot)) * axis_signs(robot)
     yaw, edge_angle = (column.reshape(shape) for column in angles[:, 12:].T)
     thrust, out_of_reach = (row.reshape(shape) for row in scalars)
     zmp, assigned_zmp = (row.reshape(*shape, 2) for row in points)

@@ -99,7 +99,8 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
 
     A constraint's term is -6 at the least. `reward="fitness"` is minus f1 to f4 of eqs (16) to (22) over 230, so
     that the return is minus the total fitness of the plan over 230; with bullet f4 takes the thrust that was
-    delivered, and `zmp`, `tilt` and `fall` come on top.
+    delivered, and `zmp`, `tilt` and `fall` come on top. While nothing slips or tips, the rewards of the two physics
+    differ by less than 0.05 at each point, and by less than 0.2 at the first, to which the fan spins up from rest.
 
     ## Starting State
 
@@ -254,7 +255,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
             raise ResetNeeded("the episode has not begun or is over; call reset()")
         chosen = self.model.check_actions(np.asarray(action, dtype=np.float64)[None], 1)
         result = empty_transition(1)
-        self.model.advance(self._lanes, chosen, _ONLY_LANE, result)
+        self.model.advance(self._lanes, chosen, 0, 1, result)
         reward, terms = float(self.model.rewards(result)[0]), self.model.named_reward_terms(result)
         terminated = bool(self._lanes.point[0] >= self._lanes.points[0])
         success = terminated and not self._lanes.violated[0]

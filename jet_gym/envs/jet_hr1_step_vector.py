@@ -89,7 +89,7 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
         self._over = np.ones(num_envs, dtype=np.bool_)  # lanes that wait for their reset
         self._attitude = np.zeros((num_envs, 2))
         self._generators: list[np.random.Generator] = [seeded_generator(None)[0] for _ in range(num_envs)]
-        wanted = threads if threads is not None else min(os.cpu_count() or 1, num_envs // _LANES_PER_THREAD)
+        wanted = threads if threads is not None else min(_available_cores(), num_envs // _LANES_PER_THREAD)
         self._threads = max(1, wanted)
         self._shares = np.array_split(np.arange(num_envs), self._threads)
         self._pool: ThreadPoolExecutor | None = None
@@ -141,7 +141,7 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
         chosen = self._model.check_actions(actions, self.num_envs)
         resetting = np.flatnonzero(self._over)  # NEXT_STEP: these lanes only begin anew
         result = empty_transition(self.num_envs)
-        self._in_threads(lambda lanes: self._model.advance(self._lanes, chosen, lanes, result))
+        self._in_threads(lambda lanes: self._model.advance(self._lanes, chosen, lanes[0], lanes[-1] + 1, result))
         self._elapsed += 1
         rewards = self._model.rewards(result)
         terminations = self._lanes.point >= self._lanes.points
@@ -247,22 +247,28 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
         list(self._pool.map(work, self._shares))
 
 
+def _available_cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def _packed(values: dict[str, Any], present: Flags) -> dict[str, Any]:
     """Return values and their masks as Gymnasium packs infos: what is not present is zero or ``None``."""
     infos: dict[str, Any] = {}
-    everywhere = bool(present.all())
     for name, value in values.items():
-        if isinstance(value, dict):
-            packed: Any = _packed(value, present)
-        else:
-            packed = np.ascontiguousarray(value) if everywhere else _only(value, present)
-        infos[name], infos[f"_{name}"] = packed, present.copy()
+        infos[name] = _packed(value, present) if isinstance(value, dict) else _only(value, present)
+        infos[f"_{name}"] = present.copy()
     return infos
 
 
 def _only(value: NDArray[Any], present: Flags) -> NDArray[Any]:
-    packed = np.array(value, order="C")
-    packed[~present] = None if value.dtype == object else 0
+    nothing = None if value.dtype == object else 0
+    if 2 * np.count_nonzero(present) > len(present):
+        packed = np.array(value, order="C")
+        packed[~present] = nothing
+    else:
+        packed = np.full(value.shape, nothing, dtype=value.dtype)
+        packed[present] = value[present]
     return packed
 
 

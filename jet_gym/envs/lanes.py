@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from jet_gym.balance import BalanceParameters, Rectangle, Stance, edge_undefined, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, REACH, THRUST, ZMP
+from jet_gym.envs.packing import unpack
 from jet_gym.envs.settings import REWARD_TERMS, TaskParameters
 from jet_gym.fitness import FitnessParameters, fitness_terms
 from jet_gym.posture_block import (
@@ -33,7 +34,7 @@ from jet_gym.posture_block import (
     put,
     stance_in,
 )
-from jet_gym.robot import Leg, Robot, Trunk, Vector
+from jet_gym.robot import Leg, Robot, Vector
 from jet_gym.step import Step
 from jet_gym.swing_path import Arc, arc_of, arc_point
 from jet_gym.urdf import Array
@@ -159,20 +160,17 @@ def lane_sole(lanes: Lanes, lane: int, arc: Arc, point: int) -> Vector:
 
 
 @entry_point
-def advance(
-    swing_leg: Leg,
-    support_leg: Leg,
-    side: float,
-    trunk: Trunk,
-    balance: BalanceParameters,
-    fitness: FitnessParameters,
-    task: TaskParameters,
-    lanes: Lanes,
-    actions: Array,
-    selected: NDArray[np.int64],
-    result: Transition,
-) -> None:
-    """Take one action (N, 3) in each selected lane, all of one swing leg, and judge it by the model."""
+def advance(numbers: Array, lanes: Lanes, actions: Array, selected: NDArray[np.int64], result: Transition) -> None:
+    """Take one action (N, 3) in each selected lane, all of one swing leg, and judge it by the model.
+
+    Args:
+        numbers: The task with this swing leg, packed.
+        lanes: The lanes, N of them.
+        actions: Displacements of the pelvis (N, 3) over the search range.
+        selected: Which lanes.
+        result: Receives what the actions led to, each in its lane's row, but for the joint positions.
+    """
+    swing_leg, support_leg, trunk, side, balance, fitness, task = unpack(numbers)
     givens, founds = np.zeros((1, GIVEN_ROWS, BLOCK)), np.empty((1, FOUND_ROWS, BLOCK))
     flags, moved_squared = np.empty((1, BLOCK), np.int64), np.empty(BLOCK)
     given, found, violations = givens[0], founds[0], flags[0]

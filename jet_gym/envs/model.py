@@ -13,11 +13,12 @@ from jet_gym.balance import BalanceSettings, ThrustModel
 from jet_gym.envs.drawing import StepDrawer
 from jet_gym.envs.lanes import Lanes, Transition, advance
 from jet_gym.envs.observation import HIGH, LOW, observe
+from jet_gym.envs.packing import TaskNumbers, pack
 from jet_gym.envs.settings import REWARD_TERMS, TaskSettings
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
-from jet_gym.kinematics import joint_positions_from_middle
-from jet_gym.robot import Leg, Trunk, jet_hr1
+from jet_gym.kinematics import axis_signs, range_middles
+from jet_gym.robot import jet_hr1
 from jet_gym.step import Step
 from jet_gym.urdf import Array
 
@@ -58,8 +59,12 @@ class TaskModel:
         weight = {} if smoothness_weight is None else {"smoothness_weight": smoothness_weight}
         self.fitness = FitnessSettings(**weight)
         self._balance = self.balance.parameters(self.robot)
-        self._fitness = self.fitness.parameters()
-        self._task = self.settings.parameters()
+        parameters = self.fitness.parameters()
+        task = self.settings.parameters()
+        left, right, trunk = self.robot.left, self.robot.right, self.robot.trunk
+        self._left_swing = pack(TaskNumbers(left, right, trunk, 1.0, self._balance, parameters, task))
+        self._right_swing = pack(TaskNumbers(right, left, trunk, -1.0, self._balance, parameters, task))
+        self._middles, self._axis_signs = range_middles(self.robot), axis_signs(self.robot)
         self.drawer = StepDrawer(self.robot, self._balance, self.settings.difficulty)
 
     @property
@@ -116,32 +121,29 @@ class TaskModel:
             raise ValueError("actions must be finite")
         return chosen
 
-    def advance(self, lanes: Lanes, actions: Array, selected: NDArray[np.int64], result: Transition) -> None:
-        """Take actions (N, 3) in the selected lanes."""
-        for legs, chosen in self._by_swing_leg(lanes, selected):
-            advance(*legs, self._balance, self._fitness, self._task, lanes, actions, chosen, result)
-        angles = np.arctan2(result.joint_sines[selected], result.joint_cosines[selected])
-        result.joint_positions[selected] = joint_positions_from_middle(self.robot, angles)
+    def advance(self, lanes: Lanes, actions: Array, first: int, last: int, result: Transition) -> None:
+        """Take actions (N, 3) in the lanes from ``first`` up to ``last``."""
+        for numbers, chosen in self._by_swing_leg(lanes, np.arange(first, last)):
+            advance(numbers, lanes, actions, chosen, result)
+        angles = np.arctan2(result.joint_sines[first:last], result.joint_cosines[first:last])
+        angles += self._middles
+        np.multiply(angles, self._axis_signs, out=result.joint_positions[first:last])
 
     def observe(
         self, lanes: Lanes, attitude: Array, selected: NDArray[np.int64], observations: NDArray[np.float32]
     ) -> None:
         """Observe the selected lanes into their rows; ``attitude`` is roll and pitch (N, 2) [rad]."""
-        for legs, chosen in self._by_swing_leg(lanes, selected):
-            observe(*legs, self._balance, lanes, attitude, chosen, observations)
+        for numbers, chosen in self._by_swing_leg(lanes, selected):
+            observe(numbers, lanes, attitude, chosen, observations)
 
-    def _by_swing_leg(
-        self, lanes: Lanes, selected: NDArray[np.int64]
-    ) -> Iterator[tuple[tuple[Leg, Leg, float, Trunk], NDArray[np.int64]]]:
-        """Go through the selected lanes whose left leg swings, and then the others."""
-        left, right, trunk = self.robot.left, self.robot.right, self.robot.trunk
+    def _by_swing_leg(self, lanes: Lanes, selected: NDArray[np.int64]) -> Iterator[tuple[Array, NDArray[np.int64]]]:
+        """Go through the selected lanes whose left leg swings, and then the others, with the task's numbers."""
+        if len(selected) == 1:
+            yield self._left_swing if lanes.swing_is_left[selected[0]] else self._right_swing, selected
+            return
         is_left = lanes.swing_is_left[selected]
-        for legs, chosen in (
-            ((left, right, 1.0, trunk), selected[is_left]),
-            ((right, left, -1.0, trunk), selected[~is_left]),
-        ):
-            if len(chosen):
-                yield legs, chosen
+        yield self._left_swing, selected[is_left]
+        yield self._right_swing, selected[~is_left]
 
     def rewards(self, result: Transition) -> Array:
         """Return the rewards (N,) of a quasi-static transition."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from jet_gym.balance import BalanceParameters, edge_undefined, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.envs.lanes import Lanes, lane_arc, lane_sole
+from jet_gym.envs.packing import unpack
 from jet_gym.posture_block import (
     BLOCK,
     COM,
@@ -21,7 +22,7 @@ from jet_gym.posture_block import (
     evaluate_blocks,
     put,
 )
-from jet_gym.robot import Leg, Trunk, Vector
+from jet_gym.robot import Leg, Vector
 from jet_gym.urdf import Array
 
 
@@ -66,11 +67,7 @@ _ROLL, _PITCH = len(COMPONENTS) - 2, len(COMPONENTS) - 1
 
 @entry_point
 def observe(
-    swing_leg: Leg,
-    support_leg: Leg,
-    side: float,
-    trunk: Trunk,
-    balance: BalanceParameters,
+    numbers: Array,
     lanes: Lanes,
     attitude: Array,
     selected: NDArray[np.int64],
@@ -79,16 +76,13 @@ def observe(
     """Observe some lanes, all of one swing leg, before their next action.
 
     Args:
-        swing_leg: The swing leg.
-        support_leg: The support leg.
-        side: +1 if the left leg swings, -1 if the right one does.
-        trunk: The rest of the robot.
-        balance: Balance settings.
+        numbers: The task with this swing leg, packed.
         lanes: The lanes, N of them.
         attitude: Measured roll and pitch of the pelvis (N, 2) [rad], about its own forward and left axes.
-        selected: Which lanes to observe.
+        selected: Which lanes.
         observations: Receives their observations (N, len(COMPONENTS)), each in its lane's row.
     """
+    swing_leg, support_leg, trunk, side, balance, _, _ = unpack(numbers)
     givens, founds = np.zeros((1, GIVEN_ROWS, BLOCK)), np.empty((1, FOUND_ROWS, BLOCK))
     flags = np.empty((1, BLOCK), np.int64)
     given, found = givens[0], founds[0]
