@@ -3,7 +3,7 @@
 The paper's cube has edges of 12 mm and a grid of 1 mm, 13^3 points, and takes a position that satisfies the
 constraints without minimising thrust. It does not say which; here it is the first in the order of three nested
 loops over x, y and z from their low ends, and the search stops there. Where none satisfies the constraints, it is
-the one of least fitness, f3 left out as in GA, and of those the nearest.
+the one of least fitness.
 """
 
 from __future__ import annotations
@@ -59,8 +59,8 @@ class GaexPlanner(PointByPointPlanner):
         self, step: Step, swing_sole: Array, previous: Array, first: bool, generator: np.random.Generator
     ) -> tuple[Array, int]:
         """Choose the pelvis at one swing point, by a genetic search at the first, by exhaustion later."""
-        without_f3 = replace(self.fitness, smoothness_weight=0.0)
         if first:
+            without_f3 = replace(self.fitness, smoothness_weight=0.0)
             pelvis = genetic_search(step, swing_sole, previous, self.initial, self.balance, without_f3, generator)
             return pelvis, self.initial.population * self.initial.generations
         return self._exhaust(step, swing_sole, previous, _offsets(self.edge, self.interval))
@@ -73,10 +73,9 @@ class GaexPlanner(PointByPointPlanner):
 
     def _exhaust(self, step: Step, swing_sole: Array, previous: Array, offsets: Array) -> tuple[Array, int]:
         swing_leg, support_leg, side = swing_and_support(step.robot, step.swing)
-        without_f3 = replace(self.fitness, smoothness_weight=0.0)
         chosen, evaluations = _first_feasible(
             swing_leg, support_leg, step.robot.trunk, side, self.balance.parameters(step.robot),
-            without_f3.parameters(), tuple(swing_sole.tolist()), step.support, tuple(previous.tolist()), offsets,
+            self.fitness.parameters(), tuple(swing_sole.tolist()), step.support, tuple(previous.tolist()), offsets,
         )  # fmt: skip
         return previous + offsets[:, chosen], evaluations
 
@@ -106,7 +105,7 @@ def _first_feasible(
     stance = stance_of(swing_leg, support_leg, side, balance.zmp_margin, swing_sole, support_sole)
     candidates, fitness = np.empty((3, _BLOCK)), np.empty(_BLOCK)
     violations = np.empty(_BLOCK, np.int64)
-    best, least, least_squared = 0, 1e300, 1e300
+    best, least = 0, 1e300
     count = offsets.shape[1]
     for start in range(0, count, _BLOCK):
         for axis in range(3):
@@ -119,9 +118,6 @@ def _first_feasible(
         for i in range(size):
             if violations[i] == 0:
                 return start + i, start + size
-            squared = 0.0
-            for axis in range(3):
-                squared += offsets[axis, start + i] ** 2
-            if fitness[i] < least or (fitness[i] == least and squared < least_squared):
-                best, least, least_squared = start + i, fitness[i], squared
+            if fitness[i] < least:
+                best, least = start + i, fitness[i]
     return best, count

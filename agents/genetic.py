@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -29,6 +30,9 @@ from jet_gym.urdf import Array
 _GENE_BITS = 10
 _GENE_MAX = 2**_GENE_BITS - 1
 _BITS = 3 * _GENE_BITS
+
+_SPLIT_MIX_STEP = np.uint64(0x9E3779B97F4A7C15)
+_SPLIT_MIX_1, _SPLIT_MIX_2 = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 
 Chromosomes = NDArray[np.int64]
 
@@ -87,7 +91,7 @@ class GasPlanner(PointByPointPlanner):
         """Largest move of the pelvis between two swing points, per axis [m], eq. (13)."""
         return self.intermediate.half_range
 
-    @property
+    @cached_property
     def searched_fitness(self) -> FitnessSettings:
         """The fitness that the search itself minimises at later swing points."""
         return self.fitness
@@ -117,7 +121,7 @@ class GaPlanner(GasPlanner):
 
     name: ClassVar[str] = "ga"
 
-    @property
+    @cached_property
     def searched_fitness(self) -> FitnessSettings:
         """The fitness that the search itself minimises: without f3."""
         return replace(self.fitness, smoothness_weight=0.0)
@@ -148,7 +152,7 @@ def genetic_search(
     """
     swing_leg, support_leg, side = swing_and_support(step.robot, step.swing)
     x, y, z = _evolve(
-        generator, swing_leg, support_leg, step.robot.trunk, side,
+        int(generator.integers(2**63)), swing_leg, support_leg, step.robot.trunk, side,
         balance.parameters(step.robot), fitness.parameters(),
         tuple(swing_sole.tolist()), step.support, tuple(centre.tolist()), settings.half_range,
         settings.population, settings.generations, settings.crossover, settings.mutation,
@@ -158,7 +162,7 @@ def genetic_search(
 
 @entry_point
 def _evolve(
-    generator: np.random.Generator,
+    key: int,
     swing_leg: Leg,
     support_leg: Leg,
     trunk: Trunk,
@@ -179,8 +183,10 @@ def _evolve(
     children = np.empty(population, np.int64)
     candidates = np.empty((3, population))
     fitness, violations = np.empty(population), np.empty(population, np.int64)
+    uniforms = np.empty(3 * population)
+    drawn = _fill(key, 0, uniforms)
     for i in range(population):
-        parents[i] = int(generator.random() * 2.0**_BITS)
+        parents[i] = int(uniforms[i] * 2.0**_BITS)
     best = 0
     for generation in range(generations):
         _decode(parents, centre, half_range, candidates)
@@ -189,9 +195,10 @@ def _evolve(
         )
         best = int(np.argmin(fitness))
         if generation < generations - 1:
-            _select(generator, parents, fitness, children)
-            _cross(generator, crossover, children)
-            _mutate(generator, mutation, children)
+            drawn = _fill(key, drawn, uniforms)
+            _select(uniforms, parents, fitness, children)
+            _cross(uniforms[2 * population :], crossover, children)
+            drawn = _mutate(key, drawn, mutation, children)
             children[0] = parents[best]
             parents, children = children, parents
     return candidates[0, best], candidates[1, best], candidates[2, best]
@@ -207,33 +214,58 @@ def _decode(chromosomes: Chromosomes, centre: Vector, half_range: float, candida
 
 
 @inlined
-def _select(generator: np.random.Generator, parents: Chromosomes, fitness: Array, children: Chromosomes) -> None:
+def _uniform(key: int, number: int) -> float:
+    """Return random number ``number`` of the stream ``key``, uniform in [0, 1): SplitMix64 (Steele et al., 2014).
+
+    Counting instead of carrying a state lets a whole generation's numbers be drawn in SIMD lanes. NumPy's
+    generators cannot be used here: when Ctrl-C comes while one is handed to compiled code, Python may crash.
+    """
+    z = np.uint64(key) + np.uint64(number) * _SPLIT_MIX_STEP
+    z = (z ^ (z >> np.uint64(30))) * _SPLIT_MIX_1
+    z = (z ^ (z >> np.uint64(27))) * _SPLIT_MIX_2
+    uniform: float = np.float64((z ^ (z >> np.uint64(31))) >> np.uint64(11)) * 2.0**-53
+    return uniform
+
+
+@inlined
+def _fill(key: int, drawn: int, uniforms: Array) -> int:
+    """Fill an array with random numbers; return how many of the stream have been drawn then."""
+    for i in range(len(uniforms)):
+        uniforms[i] = _uniform(key, drawn + i)
+    return drawn + len(uniforms)
+
+
+@inlined
+def _select(uniforms: Array, parents: Chromosomes, fitness: Array, children: Chromosomes) -> None:
     """Fill the next generation with winners of binary tournaments."""
     count = len(parents)
     for i in range(count):
-        first, second = int(generator.random() * count), int(generator.random() * count)
-        children[i] = parents[first] if fitness[first] <= fitness[second] else parents[second]
+        first, second = int(uniforms[2 * i] * count), int(uniforms[2 * i + 1] * count)
+        one, other = parents[first], parents[second]
+        children[i] = one if fitness[first] <= fitness[second] else other
 
 
 @inlined
-def _cross(generator: np.random.Generator, probability: float, children: Chromosomes) -> None:
+def _cross(uniforms: Array, probability: float, children: Chromosomes) -> None:
     """Exchange the tails of neighbours behind one random bit."""
     for i in range(0, len(children) - 1, 2):
-        if generator.random() < probability:
-            tail = (1 << (1 + int(generator.random() * (_BITS - 1)))) - 1
-            swapped = (children[i] ^ children[i + 1]) & tail
-            children[i] ^= swapped
-            children[i + 1] ^= swapped
+        tail = (1 << (1 + int(uniforms[i + 1] * (_BITS - 1)))) - 1
+        swapped = (children[i] ^ children[i + 1]) & (tail if uniforms[i] < probability else 0)
+        children[i] ^= swapped
+        children[i + 1] ^= swapped
 
 
 @inlined
-def _mutate(generator: np.random.Generator, probability: float, children: Chromosomes) -> None:
+def _mutate(key: int, drawn: int, probability: float, children: Chromosomes) -> int:
     """Flip each bit with a probability, jumping from one flipped bit to the next (geometric distances)."""
     if probability <= 0.0:
-        return
+        return drawn
     bits = _BITS * len(children)
     scale = 1.0 / math.log1p(-probability) if probability < 1.0 else 0.0
-    bit = int(math.log(1.0 - generator.random()) * scale)
+    bit = int(math.log(1.0 - _uniform(key, drawn)) * scale)
+    drawn += 1
     while bit < bits:
         children[bit // _BITS] ^= 1 << (bit % _BITS)
-        bit += 1 + int(math.log(1.0 - generator.random()) * scale)
+        bit += 1 + int(math.log(1.0 - _uniform(key, drawn)) * scale)
+        drawn += 1
+    return drawn

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 from jet_gym.compilation import inlined
-from jet_gym.errors import SettingsError
+from jet_gym.errors import SettingsError, require_number
 from jet_gym.robot import Leg, Robot, Vector
 
 GRAVITY = 9.81  # [m/s^2]
@@ -50,6 +50,10 @@ class BalanceSettings:
         """Refuse settings outside of what is allowed."""
         if self.thrust_model not in ("assigned", "least"):
             raise SettingsError(f"thrust_model must be 'assigned' or 'least', not {self.thrust_model!r}")
+        for name in ("zmp_margin", "edge_tolerance"):
+            require_number(name, getattr(self, name))
+        if self.max_thrust is not None:
+            require_number("max_thrust", self.max_thrust)
         if not 0.0 <= self.zmp_margin < math.inf:
             raise SettingsError(f"zmp_margin must be a distance of 0 m or more, not {self.zmp_margin}")
         if not 0.0 < self.edge_tolerance < math.pi / 2.0:

@@ -1,5 +1,7 @@
 """Errors that a caller may want to catch, one class per kind of failure."""
 
+import numbers
+
 
 class JetGymError(Exception):
     """Base class of every error that this package raises on purpose."""
@@ -15,6 +17,16 @@ class StepError(JetGymError, ValueError):
 
 class SettingsError(JetGymError, ValueError):
     """A setting outside of what is allowed."""
+
+
+def require_number(name: str, value: object) -> None:
+    """Refuse a setting that is no number.
+
+    Raises:
+        SettingsError: If it is not a number, or a truth value.
+    """
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise SettingsError(f"{name} must be a number, not {value!r}")
 
 
 class PlanFileError(JetGymError, ValueError):

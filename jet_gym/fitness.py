@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, THRUST
-from jet_gym.errors import SettingsError
+from jet_gym.errors import SettingsError, require_number
 from jet_gym.urdf import Array
 
 
@@ -38,6 +38,7 @@ class FitnessSettings:
         """Refuse settings outside of what is allowed."""
         for name in (field.name for field in fields(self)):
             value = getattr(self, name)
+            require_number(name, value)
             if not 0.0 <= value < math.inf:
                 raise SettingsError(f"{name} must be a finite number of 0 or more, not {value}")
 

@@ -23,6 +23,7 @@ from jet_gym.step import Step
 from jet_gym.urdf import Array
 
 FORMAT = "jet-gym-plan/1"
+_PATH_TOLERANCE = 1e-9  # [m] rounding of a path that another machine computed
 _RANGE_TOLERANCE = 1e-9  # [m] rounding of a pelvis that moved by the whole search range
 
 
@@ -184,10 +185,10 @@ class Plan:
         """
         try:
             text = Path(path).read_text(encoding="utf-8")
-        except OSError as error:
-            raise PlanFileError(f"cannot read the plan {path}: {error.strerror}") from error
-        except UnicodeDecodeError as error:
-            raise PlanFileError(f"{path} is not a plan: it is not a text file") from error
+        except (OSError, ValueError) as error:  # a path with a null character is a ValueError
+            if isinstance(error, UnicodeDecodeError):
+                raise PlanFileError(f"{path} is not a plan: it is not a text file") from error
+            raise PlanFileError(f"cannot read the plan {path!s}: {getattr(error, 'strerror', error)}") from error
         try:
             data = json.loads(text)
         except (ValueError, RecursionError) as error:
@@ -215,14 +216,18 @@ class Plan:
         planner, seed = data.get("planner"), data.get("seed")
         if not isinstance(planner, str):
             raise PlanFileError(f"field 'planner' must be a name, not {planner!r}")
-        if isinstance(seed, bool) or not isinstance(seed, int):
-            raise PlanFileError(f"field 'seed' must be a whole number, not {seed!r}")
+        if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+            raise PlanFileError(f"field 'seed' must be a whole number of 0 or more, not {seed!r}")
         step = _read_step(data.get("step"), robot)
         if data.get("support_sole") != list(step.support):
             raise PlanFileError("field 'support_sole' must be the support of field 'step'")
         arrays = {name: _read_array(data, name, step.points, width) for name, width in _array_widths().items()}
         if np.any(np.diff(arrays["time"]) <= 0.0):
             raise PlanFileError("field 'time' must increase from swing point to swing point")
+        if np.abs(arrays["swing_sole"] - step.swing_sole).max() > _PATH_TOLERANCE:
+            raise PlanFileError("field 'swing_sole' must be the path of field 'step'")
+        if (arrays["evaluations"] < 0.0).any():
+            raise PlanFileError("field 'evaluations' must be 0 or more")
         return cls(
             planner=planner,
             seed=seed,
@@ -267,10 +272,15 @@ def _read_array(data: dict[str, Any], name: str, points: int, width: int | None)
     shape = (points,) if width is None else (points, width)
     if name not in data:
         raise PlanFileError(f"field {name!r} is missing")
+    if not isinstance(data[name], list) or len(data[name]) != points:
+        raise PlanFileError(f"field {name!r} must be a list of {points}, one for each swing point")
+    rows = [[row] for row in data[name]] if width is None else data[name]
+    if not all(isinstance(row, list) and all(type(value) in (int, float) for value in row) for row in rows):
+        raise PlanFileError(f"field {name!r} must be numbers of shape {shape}")
     try:
         array = np.array(data[name], dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise PlanFileError(f"field {name!r} must be numbers of shape {shape}") from None
+    except (ValueError, OverflowError):
+        raise PlanFileError(f"field {name!r} must be finite numbers of shape {shape}") from None
     if array.shape != shape:
         raise PlanFileError(f"field {name!r} must have shape {shape}, not {array.shape}")
     if not np.isfinite(array).all():

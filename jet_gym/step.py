@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import numbers
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -17,6 +18,8 @@ from jet_gym.urdf import Array
 NOMINAL_KNEE_BEND = 0.9  # height of the nominal pelvis above the soles over the leg length
 _LEAST_STEP = 1e-3  # [m] start and landing closer than this are one place
 _FARTHEST = 100.0  # [m] from the world's origin
+_LOWEST_APEX = 1e-4  # [m]
+MOST_POINTS = 100_000
 _TOUCH = 1e-4  # [m] feet that overlap by less only touch
 
 
@@ -59,13 +62,15 @@ class Step:
             raise StepError(f"swing must be 'left' or 'right', not {self.swing!r}")
         for name in ("start", "landing", "support"):
             object.__setattr__(self, name, _position(getattr(self, name), name))
-        for name in ("apex", "duration"):
+        for name, least, most in (("apex", _LOWEST_APEX, _FARTHEST), ("duration", 1e-3, 1e6)):
             value = _number(getattr(self, name), name)
-            if value <= 0.0:
-                raise StepError(f"{name} must be more than 0, not {value}")
+            if not least <= value <= most:
+                raise StepError(f"{name} must lie between {least:g} and {most:g}, not {value:g}")
             object.__setattr__(self, name, value)
         if isinstance(self.points, bool) or not isinstance(self.points, int | np.integer) or self.points < 2:
             raise StepError(f"points must be a whole number of 2 or more, not {self.points!r}")
+        if self.points > MOST_POINTS:
+            raise StepError(f"points must be {MOST_POINTS} or fewer, not {self.points}")
         object.__setattr__(self, "points", int(self.points))
         if math.dist(self.start, self.landing) < _LEAST_STEP:
             raise StepError(f"start and landing are the same place, {self.start} m")
@@ -129,22 +134,22 @@ class Step:
 
 
 def _number(value: Any, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise StepError(f"{name} must be a number, not {value!r}")
     try:
         number = float(value)
-    except (TypeError, ValueError):
-        number = math.nan
+    except OverflowError:
+        number = math.inf
     if not math.isfinite(number):
-        raise StepError(f"{name} must be a finite number, not {value!r}")
+        raise StepError(f"{name} must be finite, not {number}")
     return number
 
 
 def _position(value: Sequence[float], name: str) -> Vector:
-    try:
-        x, y, z = (float(number) for number in value)
-    except (TypeError, ValueError):
-        raise StepError(f"{name} must be three numbers x, y, z in m, not {value!r}") from None
-    if not all(map(math.isfinite, (x, y, z))):
-        raise StepError(f"{name} must be finite, not {(x, y, z)}")
+    given = value.tolist() if isinstance(value, np.ndarray) else value
+    if not isinstance(given, list | tuple) or len(given) != 3:
+        raise StepError(f"{name} must be three numbers x, y, z in m, not {value!r}")
+    x, y, z = (_number(number, name) for number in given)
     if max(map(abs, (x, y, z))) > _FARTHEST:
         raise StepError(f"{name} must be within {_FARTHEST:g} m of the origin, not {(x, y, z)}")
     return x, y, z

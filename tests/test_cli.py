@@ -65,7 +65,9 @@ def test_plan_of_several_planners_and_motions_names_the_files() -> None:
         (["plan", "backwards"], "not one of"),
         (["plan", "side", "--planner", "annealing"], "no planner 'annealing'"),
         (["plan", "side", "--points", "1"], "points must be"),
-        (["plan", "side", "--apex", "-1"], "apex must be more than 0"),
+        (["plan", "side", "--apex", "-1"], "apex must lie between"),
+        (["plan", "side", "--points", "1000000000"], "points must be 100000 or fewer"),
+        (["plan", "side", "--output", "a.png", "--plot", "a.png"], "same file"),
         (["plan", "side", "--seed", "-1"], "seed"),
         (["plan", "side", "--seed", "many"], "not a valid integer"),
         (["plan", "side", "--zmp-margin", "0.2"], "zmp_margin"),
@@ -117,9 +119,20 @@ def test_studies_print_their_tables(capsys: pytest.CaptureFixture[str]) -> None:
     assert Path("sweep.png").stat().st_size > 10_000
 
 
+def _mind_ctrl_c() -> None:
+    """A process that was started in the background ignores Ctrl-C, and so would its children."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def test_ctrl_c_exits_with_130_and_one_sentence() -> None:
     command = [sys.executable, "-m", "jet_gym.cli", "sweep", "--seeds", "100000"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=_mind_ctrl_c,  # noqa: PLW1509
+    )
     time.sleep(8.0)  # it imports for a second or two, and would then plan for hours
     os.kill(process.pid, signal.SIGINT)
     _, error = process.communicate(timeout=30)

@@ -24,6 +24,7 @@ from jet_gym import Step
 from jet_gym.courses import PAPER
 from jet_gym.envs.observation import COMPONENTS
 from jet_gym.envs.settings import REWARD_TERMS
+from jet_gym.posture import evaluate_postures
 
 ID = "JetHR1Step-v0"
 SIDE = replace(PAPER.side, points=30)
@@ -119,17 +120,27 @@ def test_replaying_a_gas_plan_gives_its_fitness_point_for_point(make: Any, physi
 
 @pytest.mark.parametrize("reward", ["graded", "fitness"])
 def test_the_two_physics_agree_while_nothing_slips_or_tips(make: Any, reward: str) -> None:
-    """To 0.05 of a point at full thrust; at the first point, to which the fan spins up from rest, to 0.2."""
-    for step in (SIDE, FORWARD):
+    """To 0.15 of a point at full thrust, to 0.3 at the first, the term `zmp` aside: on drawn steps too."""
+    drawing = make(physics="quasistatic")
+    steps = [SIDE, FORWARD]
+    for seed in range(10):
+        drawing.reset(seed=seed)
+        steps.append(drawing.unwrapped.current_step)
+    compared = 0
+    for step in steps:
         plan = make_planner("gas").plan(step, seed=4)
-        assert plan.violated_points == ()
-        rewards = [
-            np.array([result[1] for result in _replay(make(physics=physics, reward=reward), plan)])
-            for physics in PHYSICS
-        ]
+        if plan.violated_points:
+            continue
+        rewards = []
+        for physics in PHYSICS:
+            results = _replay(make(physics=physics, reward=reward), plan)
+            assert results[-1][4]["is_success"]
+            rewards.append(np.array([result[1] - result[4]["reward_terms"].get("zmp", 0.0) for result in results]))
         difference = np.abs(rewards[0] - rewards[1])
-        assert difference[0] <= 0.2
-        assert difference[1:].max() <= 0.05
+        assert difference[0] <= 0.3
+        assert difference[1:].max() <= 0.15
+        compared += 1
+    assert compared >= 10
 
 
 @pytest.mark.parametrize("physics", PHYSICS)
@@ -206,6 +217,38 @@ def test_a_right_step_is_seen_and_done_as_its_mirror_image(make: Any) -> None:
         assert mine[4]["pelvis"] == pytest.approx(other[4]["pelvis"] * [1.0, -1.0, 1.0])
 
 
+def test_observations_are_what_their_table_says(make: Any) -> None:
+    """Row by row, from the posture that the pelvis has if it stays, mirrored for a right step."""
+    for step in (SIDE, FORWARD):
+        side = 1.0 if step.swing == "left" else -1.0
+        mirror, support = np.array([1.0, side, 1.0]), np.array(step.support)
+        path, last = step.swing_sole, step.points - 1
+        env = make(physics="quasistatic", step=step)
+        observation, _ = env.reset(seed=0)
+        pelvis, thrust = step.nominal_pelvis, 0.0
+        for k in range(5):
+            staying = evaluate_postures(step.robot, step.swing, path[k], step.support, pelvis)
+            expected = np.concatenate(
+                [
+                    [k / last, 1.0 if k == 0 else 0.0],
+                    (pelvis - support) * mirror,
+                    (path[k] - support) * mirror,
+                    (path[k + 1] - path[k]) * mirror / 0.1,
+                    (path[k + 3] - path[k]) * mirror / 0.1,
+                    (path[-1] - support) * mirror,
+                    (staying.center_of_mass[:2] - support[:2]) * mirror[:2],
+                    [staying.thrust / 23.0, side * staying.edge_angle / np.radians(5.0)],
+                ]
+            )
+            assert np.allclose(observation[:21], expected, atol=2e-6)
+            knees = staying.joint_positions[[3, 9] if step.swing == "left" else [9, 3]]
+            if staying.out_of_reach == 0.0:
+                assert np.allclose(observation[21:23], np.cos(knees / 2.0), atol=1e-6)  # thigh as long as shank
+            assert np.allclose(observation[23:], [(last - k) / 30.0, np.clip(thrust / 23.0, 0.0, 1.0), 0.0, 0.0])
+            observation, _, _, _, info = env.step(np.array([0.1, -0.2, -0.3]))
+            pelvis, thrust = info["pelvis"], info["thrust"]
+
+
 def test_every_component_is_documented_in_the_class(make: Any) -> None:
     from jet_gym.envs.jet_hr1_step import JetHR1StepEnv
 
@@ -254,6 +297,7 @@ def test_a_step_before_the_beginning_or_after_the_end_is_refused(make: Any) -> N
 @pytest.mark.parametrize(
     "options",
     [{"physics": "newton"}, {"reward": "sparse"}, {"thrust_model": "most"}, {"smoothness_weight": -1.0},
+     {"smoothness_weight": "a"}, {"difficulty": None}, {"time_per_point": "x"},
      {"step": "side"}, {"difficulty": float("nan")}, {"time_per_point": 0.0}, {"render_mode": "ascii"}],
 )  # fmt: skip
 def test_wrong_arguments_are_refused(options: dict[str, Any]) -> None:
@@ -303,7 +347,7 @@ def test_spec_survives_json_and_plugs_in_by_module_name() -> None:
     assert np.array_equal(env.reset(seed=0)[0], again.reset(seed=0)[0])
     assert env.spec is not None
     assert env.spec.max_episode_steps == 500
-    assert env.spec.reward_threshold == -11.4
+    assert env.spec.reward_threshold == -11.3
 
 
 def test_the_reward_threshold_is_what_gas_reaches(make: Any) -> None:
@@ -340,13 +384,11 @@ if __name__ == "__main__":
 
 @pytest.mark.parametrize("physics", PHYSICS)
 def test_memory_stays_flat_over_resets(make: Any, physics: str) -> None:
-    import resource
-
     env = make(physics=physics)
     resets = 500 if physics == "bullet" else 5000
 
     def used() -> int:
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        return int(Path("/proc/self/statm").read_text().split()[1]) * 4  # kB resident now
 
     for seed in range(resets // 5):
         env.reset(seed=seed)
@@ -396,8 +438,8 @@ def test_the_paper_motions_stand_in_physics_with_the_zmp_in_the_foot(make: Any) 
         assert (zmp <= [x_max, y_max]).all()
         assert max(info["tilt"] for info in infos) < np.radians(3.0)
         torques = np.abs([info["joint_torques"] for info in infos]).max(axis=0)
-        assert (torques <= step.robot.effort + 1e-9).all()
-        assert all(0.0 <= info["measured_thrust"] <= 23.0 for info in infos)
+        assert (torques <= 0.95 * step.robot.effort).all()  # the servos are not at their limit
+        assert max(info["measured_thrust"] for info in infos) < 22.0
 
 
 def test_a_fall_ends_the_episode_and_costs_what_was_left(make: Any) -> None:
@@ -411,6 +453,9 @@ def test_a_fall_ends_the_episode_and_costs_what_was_left(make: Any) -> None:
     assert info["fall"]
     assert info["is_success"] is False
     assert points < FORWARD.points
-    assert info["reward_terms"]["fall"] == pytest.approx(-31.0 * (FORWARD.points - points + 1))
+    assert info["reward_terms"]["fall"] == pytest.approx(
+        env.unwrapped.model.worst_reward * (FORWARD.points - points + 1)
+    )
+    assert env.unwrapped.model.worst_reward == pytest.approx(-41.1, abs=0.05)
     with pytest.raises(ResetNeeded):
         env.unwrapped.step(np.zeros(3))

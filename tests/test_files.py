@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -37,3 +38,14 @@ def test_a_folder_or_a_missing_folder_is_refused(tmp_path: Path) -> None:
         write_whole(tmp_path / "none" / "a.txt", b"")
     with pytest.raises(OSError, match="folder"):
         check_writable("/proc/none/a.txt")
+
+
+def test_a_link_stays_and_a_pipe_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "target").write_text("old")
+    (tmp_path / "link").symlink_to(tmp_path / "target")
+    write_whole(tmp_path / "link", b"new")
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "target").read_text() == "new"
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(OSError, match="ordinary file"):
+        check_writable(tmp_path / "pipe")

@@ -59,6 +59,7 @@ def test_lanes_truncate_by_themselves_as_single_environments_do() -> None:
         assert np.array_equal(ours[3], theirs[3])
         assert ours[3].all() == (k % 7 == 6)
         assert np.array_equal(ours[0], theirs[0])
+        assert data_equivalence(ours[4], theirs[4], exact=True)
 
 
 def test_disabled_autoreset_waits_for_the_reset_mask() -> None:
@@ -141,6 +142,9 @@ def test_wrong_actions_are_refused_and_change_nothing(actions: Any, words: str) 
         lambda: _batch(2, render_mode="rgb_array"),
         lambda: _batch(2, reward="sparse"),
         lambda: _batch(2, difficulty=2.0),
+        lambda: _batch(2, threads=0),
+        lambda: _batch(2).reset(seed=1.5),
+        lambda: _batch(2).reset(options=5),
         lambda: _batch(2).reset(seed=[1]),
         lambda: _batch(2).reset(options={"height": 3}),
         lambda: _batch(2).reset(options={"step": "forward"}),
@@ -156,3 +160,5 @@ def test_wrong_arguments_are_refused(call: Any) -> None:
 def test_step_before_reset_is_refused() -> None:
     with pytest.raises(ResetNeeded):
         _batch(2).step(np.zeros((2, 3)))
+    with pytest.raises(ResetNeeded, match="all lanes"):
+        _batch(2).reset(options={"reset_mask": np.array([True, False])})

@@ -175,10 +175,14 @@ def _check_paths(files: Iterable[Path], pictures: Iterable[Path]) -> None:
     from jet_gym.figures import check_figure_path
     from jet_gym.files import check_writable
 
+    files, pictures = list(files), list(pictures)
     for path in files:
         check_writable(path)
     for path in pictures:
         check_figure_path(path)
+    targets = [path.resolve() for path in (*files, *pictures)]
+    if len(set(targets)) < len(targets):
+        raise click.UsageError("--output and --plot name the same file")
 
 
 def _require_feasible(step: Step, plans: list[Plan], balance: BalanceSettings) -> None:

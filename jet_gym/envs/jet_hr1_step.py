@@ -17,7 +17,7 @@ from jet_gym.envs.lanes import Transition, begin, empty_lanes, empty_transition,
 from jet_gym.envs.model import RewardForm, TaskModel
 from jet_gym.envs.physics import BulletPhysics
 from jet_gym.envs.picture import Picture, Scene
-from jet_gym.errors import SettingsError
+from jet_gym.errors import SettingsError, require_number
 from jet_gym.step import Step
 from jet_gym.urdf import Array
 
@@ -93,18 +93,22 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     | `thrust_limits` | eq. (9) fails: -2, and -1 more for each 23 N |
     | `edge_polygon` | eq. (10) fails: -2, and -1 more for each 20 degrees |
     | `zmp` | eq. (11) fails: -2, and -1 more for each 0.05 m |
-    | `zmp` with bullet | on one foot, the measured ZMP comes within 5 mm of the sole's edge: to -2 at the edge |
-    | `tilt` | bullet: the pelvis tilts by more than 3 degrees: -1 for each 10 degrees beyond |
-    | `fall` | bullet: the robot fell: -31, the worst of a point, for this one and each that is left |
+    | `zmp` with bullet | or the measured ZMP comes within 5 mm of the sole's edge: down to -2 at the edge; |
+    | | not at the first and the last point, where both feet stand |
+    | `tilt` | bullet: the pelvis tilts by more than 3 degrees: -1 for each 10 degrees beyond, -6 at the least |
+    | `fall` | bullet: the robot fell: the worst of a point (-41.1), for this one and each that is left |
 
     A constraint's term is -6 at the least. `reward="fitness"` is minus f1 to f4 of eqs (16) to (22) over 230, so
     that the return is minus the total fitness of the plan over 230; with bullet f4 takes the thrust that was
     delivered, and `zmp`, `tilt` and `fall` come on top. While nothing slips or tips, the rewards of the two physics
-    differ by less than 0.05 at each point, and by less than 0.2 at the first, to which the fan spins up from rest.
+    differ by less than 0.15 at each point, and by less than 0.3 at the first, to which the fan spins up from rest;
+    the term `zmp` aside, in which physics counts what the model cannot know, such as the weight's shift at
+    lift-off.
 
     ## Starting State
 
-    The robot stands with both soles on their blocks, the pelvis at its nominal place between the feet.
+    The robot stands with both soles on their blocks, the pelvis at its nominal place between the feet. With bullet
+    it stands lower where its legs do not reach so far; the first action counts from the nominal place all the same.
     Without the argument or the option `step`, a random feasible step is drawn, distributed as
     :mod:`jet_gym.envs.drawing` says: either leg, forward, sideways, diagonal or backward, unequal heights, up to
     the edge of what is feasible, bounded by `difficulty`.
@@ -144,7 +148,8 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     | `zmp`, `assigned_zmp` | ZMP under the thrust, and the one assigned, (2,), world frame |
     | `edge_angle` | angle of eq. (10) |
     | `violations` | names of the violated constraints |
-    | `tilt`, `measured_zmp`, `measured_thrust`, `joint_torques` | bullet: as measured, (2,) and (12,) |
+    | `tilt`, `measured_zmp`, `measured_thrust`, `joint_torques` | bullet: as measured, (2,) and (12,); the ZMP |
+    | | is the last one that the support foot had contact at |
     | `fall` | bullet: why the robot fell, or an empty string |
     | `is_success` | at the end |
 
@@ -182,6 +187,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
             raise SettingsError(f"physics must be 'bullet' or 'quasistatic', not {physics!r}")
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise SettingsError(f"render_mode must be None, 'human' or 'rgb_array', not {render_mode!r}")
+        require_number("time_per_point", time_per_point)
         if not 0.0 < time_per_point < float("inf"):
             raise SettingsError(f"time_per_point must be more than 0 s, not {time_per_point}")
         self.render_mode = render_mode
@@ -204,6 +210,8 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     @property
     def current_step(self) -> Step:
         """The step of this episode."""
+        if self._lanes.points[0] == 0:
+            raise ResetNeeded("there is no step before the first reset()")
         return step_of_lane(self._lanes, 0, self.model.robot)
 
     def reset(
@@ -253,7 +261,10 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
         """
         if not self._running:
             raise ResetNeeded("the episode has not begun or is over; call reset()")
-        chosen = self.model.check_actions(np.asarray(action, dtype=np.float64)[None], 1)
+        chosen = np.asarray(action, dtype=np.float64)
+        if chosen.shape != (3,):
+            raise ValueError(f"the action must have shape (3,), not {chosen.shape}")
+        chosen = self.model.check_actions(chosen[None], 1)
         result = empty_transition(1)
         self.model.advance(self._lanes, chosen, 0, 1, result)
         reward, terms = float(self.model.rewards(result)[0]), self.model.named_reward_terms(result)
@@ -322,6 +333,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
             if owner is not None:
                 owner.close()
         self._running = False
+        self._lanes.points[0] = 0
 
     def _observe(self) -> NDArray[np.float32]:
         observations = self.model.empty_observations(1)

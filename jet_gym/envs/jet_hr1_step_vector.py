@@ -72,6 +72,8 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
             raise ValueError(
                 f"num_envs and max_episode_steps must be 1 at least, not {num_envs} and {max_episode_steps}"
             )
+        if threads is not None and threads < 1:
+            raise ValueError(f"threads must be 1 at least, not {threads}")
         if render_mode is not None:
             raise ValueError("a batch has no picture; render a single environment")
         self._model = TaskModel(**task)
@@ -111,9 +113,13 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
             ValueError: If seeds or options are wrong.
         """
         seeds = self._seeds(seed)
+        if options is not None and not isinstance(options, dict):
+            raise ValueError(f"options must be a table, not {options!r}")
         options = dict(options or {})
         mask = self._reset_mask(options.pop("reset_mask", None))
         step = self._model.read_options(options)
+        if not self._reset_once and not mask.all():
+            raise ResetNeeded("the first reset must be of all lanes")
         for lane in np.flatnonzero(mask).tolist():
             if seeds[lane] is not None:
                 self._generators[lane] = seeded_generator(seeds[lane])[0]
@@ -176,6 +182,8 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
             return [None] * self.num_envs
         if isinstance(seed, int | np.integer):
             return [int(seed) + lane for lane in range(self.num_envs)]
+        if not isinstance(seed, list | tuple | np.ndarray):
+            raise ValueError(f"seed must be a whole number or a list of them, not {seed!r}")  # noqa: TRY004
         if len(seed) != self.num_envs:
             raise ValueError(f"seed must be one number or {self.num_envs} of them, not {len(seed)}")
         return seed
@@ -210,17 +218,18 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
         self, result: Transition, terminations: Flags, over: Flags, resetting: NDArray[np.int64]
     ) -> dict[str, Any]:
         """Return the infos of all lanes; those of lanes that are reset in this step go to ``final_info``."""
-        going_on = np.ones(self.num_envs, dtype=np.bool_)
-        going_on[resetting] = False
+        present = np.ones(self.num_envs, dtype=np.bool_)
+        present[resetting] = False
         values = self._values(result)
         same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
         success = {"is_success": terminations & ~self._lanes.violated}
         if not over.any():
-            return _packed(values, going_on)
+            return _packed(values, present) if present.any() else {}
         if not same_step:
-            return _packed(values, going_on) | _packed(success, terminations)
+            return _packed(values, present) | (_packed(success, terminations) if terminations.any() else {})
         final = _packed(values, over) | (_packed(success, terminations) if terminations.any() else {})
-        return _packed(values, ~over) | {"final_info": final, "_final_info": over.copy()}
+        going_on = _packed(values, ~over) if not over.all() else {}
+        return going_on | {"final_info": final, "_final_info": over.copy()}
 
     def _values(self, result: Transition) -> dict[str, Any]:
         return {

@@ -84,11 +84,13 @@ class TaskModel:
 
     @property
     def worst_reward(self) -> float:
-        """The least that the terms of the constraints and of full thrust can come to at one swing point."""
+        """The least that the terms of one swing point can come to, a fall left out."""
+        fitness, largest = self.fitness, self.settings.largest_cost
+        furthest = 3.0 * self.settings.later_range**2 * fitness.smoothness_weight / self.fitness_scale
         if self.reward == "graded":
-            return -1.0 - 5.0 * self.settings.largest_cost
-        fitness = self.fitness
-        return -(fitness.joint_limit_penalty + fitness.edge_penalty + fitness.thrust_penalty) / self.fitness_scale
+            return -1.0 - furthest - 6.0 * largest
+        penalties = fitness.joint_limit_penalty + fitness.edge_penalty + fitness.thrust_penalty
+        return -penalties / self.fitness_scale - furthest - 2.0 * largest
 
     @staticmethod
     def observation_space() -> Float32Space:
@@ -166,6 +168,8 @@ class TaskModel:
         Raises:
             ValueError: If there is another option, or the step is none for this robot.
         """
+        if options is not None and not isinstance(options, dict):
+            raise ValueError(f"options must be a table, not {options!r}")
         given = dict(options or {})
         step = given.pop("step", None)
         if given:

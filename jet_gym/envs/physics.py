@@ -112,7 +112,8 @@ class BulletPhysics:
             "fall": measured.reason,
         }
         attitude = np.array([measured.roll, measured.pitch])
-        reward_terms = self._measured_terms(measured, terms, points_left)
+        on_both_feet = first or points_left == 0  # the support foot's ZMP is not the robot's then
+        reward_terms = self._measured_terms(measured, terms, points_left, on_both_feet)
         return Outcome(np.nan_to_num(attitude), reward_terms, info, measured.fallen)
 
     def close(self) -> None:
@@ -121,17 +122,22 @@ class BulletPhysics:
             self._world.close()
             self._world = None
 
-    def _measured_terms(self, measured: Measurement, terms: dict[str, float], points_left: int) -> dict[str, float]:
+    def _measured_terms(
+        self, measured: Measurement, terms: dict[str, float], points_left: int, on_both_feet: bool
+    ) -> dict[str, float]:
         """Put what was measured in place of what the model says."""
         delivered = measured.mean_thrust / self._model.max_thrust
-        nearness = 0.0 if measured.swing_force > 0.0 else _nearness_to_edge(measured.zmp_margin)
+        nearness = 0.0 if on_both_feet else _nearness_to_edge(measured.zmp_margin)
+        zmp_cost = self._model.settings.violation_cost * nearness
+        tilt_cost = max(measured.peak_tilt - _FREE_TILT, 0.0) / _TILT_SCALE
+        tilt_cost = min(tilt_cost, self._model.settings.largest_cost) if math.isfinite(tilt_cost) else 0.0
         thrust_term = "thrust" if self._model.reward == "graded" else "f4"
         if thrust_term == "f4" and terms["f4"] <= -self._model.thrust_penalty:
             delivered = -terms["f4"]  # the fan was asked for what it cannot give: the penalty stays
         changed = {
             thrust_term: -delivered,
-            "zmp": 0.0 - self._model.settings.violation_cost * nearness,
-            "tilt": 0.0 - max(measured.peak_tilt - _FREE_TILT, 0.0) / _TILT_SCALE,
+            "zmp": min(terms.get("zmp", 0.0), 0.0 - zmp_cost),
+            "tilt": 0.0 - tilt_cost,
             "fall": self._model.worst_reward * (points_left + 1) if measured.fallen else 0.0,
         }
         return terms | changed

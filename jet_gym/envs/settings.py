@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from jet_gym.errors import SettingsError
+from jet_gym.errors import SettingsError, require_number
 
 REWARD_TERMS = (
     "thrust",
@@ -34,7 +35,8 @@ class TaskSettings:
         reach_scale: Distance out of reach [m] that costs one unit more.
         angle_scale: Angle beyond a joint limit or the edge polygon [rad] that costs one unit more.
         zmp_scale: Distance of the ZMP outside of the sole [m] that costs one unit more.
-        difficulty: How far drawn steps may go, from 0 (the feet hardly move) to 1 (the edge of feasibility).
+        difficulty: How far drawn steps may go, from 0 (landings one stance, 0.225 m, from the support foot) to 1
+            (the edge of feasibility).
     """
 
     first_range: float = 0.150
@@ -48,6 +50,8 @@ class TaskSettings:
 
     def __post_init__(self) -> None:
         """Refuse settings outside of what is allowed."""
+        for field in dataclasses.fields(self):
+            require_number(field.name, getattr(self, field.name))
         for name in ("first_range", "later_range", "reach_scale", "angle_scale", "zmp_scale"):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise SettingsError(f"{name} must be a finite number of more than 0, not {getattr(self, name)}")
