@@ -142,6 +142,6 @@ def test_ctrl_c_exits_with_130_and_one_sentence() -> None:
 
 
 def test_plan_file_is_plain_json(capsys: pytest.CaptureFixture[str]) -> None:
-    run(["plan", "side", "--points", "5"])
+    run(["plan", "side", "--points", "20"])
     assert capsys.readouterr().err == ""
     assert json.loads(Path("plan.json").read_text())["robot"] == "jet_hr1"
