@@ -315,7 +315,10 @@ class TestSteps:
         assert measured[-1].time < forward_plan.step.duration
 
     def test_a_crouch_below_the_least_height_is_a_fall(self, side_plan):
-        with World(settings=SimulationSettings(least_height=0.75)) as world:
+        standing = side_plan.pelvis[0, 2] / side_plan.step.robot.leg_length
+        with World(settings=SimulationSettings(least_height=0.95 * standing)) as world:
+            assert not begin(world, side_plan).fallen
+        with World(settings=SimulationSettings(least_height=1.05 * standing)) as world:
             assert "above the support sole" in begin(world, side_plan).reason
 
     def test_speeds_beyond_reason_are_an_explosion(self, world, side_plan):
