@@ -31,6 +31,8 @@ from jet_gym.posture_block import (
 from jet_gym.robot import Leg, Robot, Side
 from jet_gym.urdf import Array
 
+_CHUNK = 16 * BLOCK
+
 
 @dataclass(frozen=True, eq=False)
 class Postures:
@@ -96,22 +98,28 @@ def evaluate_postures(
         np.array(np.broadcast_to(array, (*shape, 3)), order="C").reshape(-1, 3) for array in arrays
     )
     count = len(pelvises)
-    com, fan = np.empty((count, 3)), np.empty((count, 3))
-    cosines, sines = np.empty((count, 14)), np.empty((count, 14))
-    scalars, points = np.empty((2, count)), np.empty((2, count, 2))
+    com, fan, angles = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 14))
+    scalars, points = np.empty((count, 2)), np.empty((count, 2, 2))
     violations = np.empty(count, dtype=np.int64)
     swing_leg, support_leg, side = swing_and_support(robot, swing)
-    blocks = -(-count // BLOCK)
-    given, found = np.zeros((blocks, GIVEN_ROWS, BLOCK)), np.empty((blocks, FOUND_ROWS, BLOCK))
-    flags = np.empty((blocks, BLOCK), dtype=np.int64)
-    _fill(swing_leg, support_leg, side, balance.zmp_margin, soles, supports, pelvises, given)
-    evaluate_blocks(swing_leg, support_leg, robot.trunk, balance, given, found, flags)
-    _read(side, swing_leg.fan[2], given, found, flags, cosines, sines, com, fan, scalars, points, violations)
-    angles = np.arctan2(sines, cosines)  # NumPy's runs in SIMD lanes, the compiler's does not
+    chunk = min(_CHUNK, -(-count // BLOCK) * BLOCK)  # what is worked on at a time stays in the processor's cache
+    cosines, sines = np.empty((chunk, 14)), np.empty((chunk, 14))
+    given, found = np.zeros((chunk // BLOCK, GIVEN_ROWS, BLOCK)), np.empty((chunk // BLOCK, FOUND_ROWS, BLOCK))
+    flags = np.empty((chunk // BLOCK, BLOCK), dtype=np.int64)
+    for first in range(0, count, max(chunk, 1)):
+        last = min(first + chunk, count)
+        rows, size = slice(first, last), last - first
+        _fill(swing_leg, support_leg, side, balance.zmp_margin, soles[rows], supports[rows], pelvises[rows], given)
+        evaluate_blocks(swing_leg, support_leg, robot.trunk, balance, given, found, flags)
+        _read(
+            side, swing_leg.fan[2], given, found, flags,
+            cosines, sines, com[rows], fan[rows], scalars[rows], points[rows], violations[rows],
+        )  # fmt: skip
+        np.arctan2(sines[:size], cosines[:size], out=angles[rows])  # in SIMD lanes, unlike the compiler's
     joints = (angles[:, :12] + range_middles(robot)) * axis_signs(robot)
     yaw, edge_angle = (column.reshape(shape) for column in angles[:, 12:].T)
-    thrust, out_of_reach = (row.reshape(shape) for row in scalars)
-    zmp, assigned_zmp = (row.reshape(*shape, 2) for row in points)
+    thrust, out_of_reach = (column.reshape(shape) for column in scalars.T)
+    zmp, assigned_zmp = (points[:, which].reshape(*shape, 2) for which in range(2))
     return Postures(
         pelvis=pelvises.reshape(*shape, 3),
         pelvis_yaw=yaw,
@@ -181,11 +189,11 @@ def _read(
         undefined = edge_undefined(of_block[EDGE + 2, column])
         cosines[i, 13] = 1.0 if undefined else of_block[EDGE + 1, column]
         sines[i, 13] = 0.0 if undefined else of_block[EDGE, column]
-        scalars[0, i], scalars[1, i] = of_block[FOUND_THRUST, column], of_block[OUT_OF_REACH, column]
+        scalars[i, 0], scalars[i, 1] = of_block[FOUND_THRUST, column], of_block[OUT_OF_REACH, column]
         violations[i] = flags[block, column]
         for axis in range(2):
-            points[0, i, axis] = of_block[FOUND_ZMP + axis, column]
-            points[1, i, axis] = stance.assigned_zmp[axis]
+            points[i, 0, axis] = of_block[FOUND_ZMP + axis, column]
+            points[i, 1, axis] = stance.assigned_zmp[axis]
             fan[i, axis] = stance.fan[axis]
         fan[i, 2] = stance.swing_ankle[2] + fan_height
         for axis in range(3):
