@@ -5,11 +5,13 @@ Two choices matter to whoever reads or edits compiled code:
 * ``fastmath`` grants no re-association and no fused multiply-add, so a vectorised loop gives bit for bit
   what the scalar code gives. It only assumes that there is no NaN and no infinity: entry points refuse them.
 * numba's disk cache looks only at the file of the cached function itself, and would serve old machine code
-  after an edit of a function that it calls. Here a cached function belongs to the source of the whole package.
+  after an edit of a function that it calls. Here a cached function belongs to the source of its own file and
+  of all that this one imports from the project, directly or through others.
 """
 
 from __future__ import annotations
 
+import ast
 import functools
 import hashlib
 from collections.abc import Callable
@@ -21,6 +23,8 @@ import numba
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 _FLAGS: dict[str, Any] = {"fastmath": {"nsz", "nnan", "ninf"}, "error_model": "numpy"}
+_ROOT = Path(__file__).resolve().parents[1]
+_PACKAGES = ("jet_gym", "agents")
 
 
 def inlined(function: Function) -> Function:
@@ -33,16 +37,45 @@ def entry_point(function: Function) -> Function:
     """Compile a function that Python calls, and keep its machine code on disk."""
     dispatcher = numba.njit(cache=True, nogil=True, **_FLAGS)(function)
     cache_file = dispatcher._cache._cache_file
-    cache_file._source_stamp = (_source_fingerprint(), cache_file._source_stamp)
+    fingerprint = source_fingerprint(Path(function.__code__.co_filename).resolve())
+    cache_file._source_stamp = (fingerprint, cache_file._source_stamp)
     entry: Function = dispatcher
     return entry
 
 
 @functools.cache
-def _source_fingerprint() -> str:
-    """Return a hash of every source file that compiled code may come from."""
+def source_fingerprint(file: Path) -> str:
+    """Return a hash of a source file and of all that are behind it."""
     digest = hashlib.sha256()
-    package = Path(__file__).resolve().parent
-    for path in sorted((*package.rglob("*.py"), *(package.parent / "agents").rglob("*.py"))):
-        digest.update(path.read_bytes())
+    for source in sorted(sources_behind(file)):
+        digest.update(source.read_bytes())
     return digest.hexdigest()
+
+
+def sources_behind(file: Path) -> set[Path]:
+    """Return a source file and all of the project's that it imports, directly or through others."""
+    sources, waiting = {file}, [file]
+    while waiting:
+        new = _imported(waiting.pop()) - sources
+        sources |= new
+        waiting += new
+    return sources
+
+
+@functools.cache
+def _imported(file: Path) -> set[Path]:
+    """Return the files of the project that a source file imports from at its top level.
+
+    What a function imports for itself never gets into compiled code.
+    """
+    names: set[str] = set()
+    statements = ast.parse(file.read_bytes()).body
+    top_level = (s for s in statements if not isinstance(s, ast.FunctionDef | ast.ClassDef))
+    for node in (node for statement in top_level for node in ast.walk(statement)):
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names.add(node.module)
+            names.update(f"{node.module}.{alias.name}" for alias in node.names)  # it may be a module
+    paths = [_ROOT.joinpath(*name.split(".")) for name in names if name.partition(".")[0] in _PACKAGES]
+    return {file for path in paths for file in (path.with_suffix(".py"), path / "__init__.py") if file.is_file()}

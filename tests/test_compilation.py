@@ -12,6 +12,8 @@ import pytest
 
 import agents
 import jet_gym
+from jet_gym import constraints
+from jet_gym.compilation import sources_behind
 from jet_gym.robot import urdf_directory
 
 CALLER = """
@@ -70,15 +72,44 @@ def test_editing_a_building_block_recompiles_what_calls_it_in_another_file(copie
     assert float(run(call, copied_package)) == 30.0
 
 
-@pytest.mark.parametrize("package", ["jet_gym", "agents"])
-def test_a_new_source_file_in_either_package_makes_old_machine_code_stale(
-    copied_package: Path, package: str
-) -> None:
-    fingerprint = "from jet_gym.compilation import _source_fingerprint\nprint(_source_fingerprint())"
-    before = run(fingerprint, copied_package)
-    assert run(fingerprint, copied_package) == before
-    (copied_package / package / "new.py").write_text("value = 1", encoding="utf-8")
-    assert run(fingerprint, copied_package) != before
+def test_machine_code_belongs_to_the_sources_behind_it_and_to_no_others(copied_package: Path) -> None:
+    call = (
+        "from pathlib import Path\n"
+        "from jet_gym.compilation import source_fingerprint\n"
+        "print(source_fingerprint(Path('agents/genetic.py').resolve()))"
+    )
+    before = run(call, copied_package)
+    assert run(call, copied_package) == before
+
+    for unrelated in ("jet_gym/cli/plan.py", "jet_gym/envs/observation.py", "agents/exhaustive.py"):
+        with (copied_package / unrelated).open("a", encoding="utf-8") as source:
+            source.write("\n# edited\n")
+    assert run(call, copied_package) == before
+
+    # Imported by it, by what it imports, by what that imports; and its own.
+    for behind in ("agents/planner.py", "jet_gym/step.py", "jet_gym/errors.py", "agents/genetic.py"):
+        with (copied_package / behind).open("a", encoding="utf-8") as source:
+            source.write("\n# edited\n")
+        after = run(call, copied_package)
+        assert after != before, behind
+        before = after
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "import jet_gym.constraints",
+        "import math, jet_gym.constraints as flags",
+        "from jet_gym import constraints",
+        "from jet_gym import (\n    # (a module)\n    constraints,\n)",
+        "from jet_gym.constraints import REACH",
+        "if True:\n    from jet_gym.constraints import REACH",
+    ],
+)
+def test_every_way_to_import_counts(tmp_path: Path, statement: str) -> None:
+    source = tmp_path / "source.py"
+    source.write_text(statement + "\n", encoding="utf-8")
+    assert Path(constraints.__file__).resolve() in sources_behind(source)
 
 
 # ---------------------------------------------------------------------- imports
