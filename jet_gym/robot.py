@@ -23,6 +23,7 @@ from jet_gym.errors import RobotError
 from jet_gym.urdf import Array, Joint, Link, Urdf, read_urdf
 
 Side = Literal["left", "right"]
+SIDES: tuple[Side, Side] = ("left", "right")
 Vector = tuple[float, float, float]
 Six = tuple[float, float, float, float, float, float]
 

@@ -4,21 +4,35 @@ PyBullet itself is imported when a :class:`World` is made, so that everything el
 """
 
 from jet_gym.simulation.camera import CameraSettings
+from jet_gym.simulation.course import CourseSettings, make_course
+from jet_gym.simulation.diagnosis import Summary
 from jet_gym.simulation.errors import BulletMissingError, DisplayMissingError, WorldStateError
+from jet_gym.simulation.execution import ExecutionSettings, execute
+from jet_gym.simulation.history import Execution
+from jet_gym.simulation.imu import ImuSettings
 from jet_gym.simulation.measurement import Measurement
 from jet_gym.simulation.overlay import Overlay
 from jet_gym.simulation.renderer import Renderer
 from jet_gym.simulation.settings import SimulationSettings
+from jet_gym.simulation.thrust_control import PidSettings
 from jet_gym.simulation.world import World
 
 __all__ = [
     "BulletMissingError",
     "CameraSettings",
+    "CourseSettings",
     "DisplayMissingError",
+    "Execution",
+    "ExecutionSettings",
+    "ImuSettings",
     "Measurement",
     "Overlay",
+    "PidSettings",
     "Renderer",
     "SimulationSettings",
+    "Summary",
     "World",
     "WorldStateError",
+    "execute",
+    "make_course",
 ]

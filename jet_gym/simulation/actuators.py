@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 
 from jet_gym.robot import Side
@@ -13,12 +15,22 @@ from jet_gym.urdf import Array
 _NO_THRUST = 1e-9  # [N] not worth a call
 
 
+class ThrustFeedback(Protocol):
+    """Changes the thrust on the way to the fan."""
+
+    def __call__(self, thrust: float) -> float:
+        """Return the thrust [N] to tell the fan in place of the one commanded; called at every simulation step."""
+
+
 class Actuators:
     """Drives servos and fans at every simulation step on the way to a commanded posture and thrust.
 
     Attributes:
         posture: The last posture that was commanded (12,) [rad].
-        thrust: The last thrust that the blowing fan was told [N].
+        target: What the servos were last told (12,) [rad]: the rounded path to it.
+        thrust: The last thrust that was commanded [N].
+        told: The last thrust that the blowing fan was told [N], after any feedback.
+        feedback: Changes the thrust on the way to the fan; ``None`` leaves it.
 
     Args:
         body: The robot.
@@ -30,13 +42,15 @@ class Actuators:
         self._settings = settings
         self._blend = CommandBlend(settings.steps(settings.blend_time))
         self.posture: Array = np.zeros(12)
-        self.thrust = 0.0
+        self.target: Array = np.zeros(12)
+        self.thrust = self.told = 0.0
+        self.feedback: ThrustFeedback | None = None
 
     def reset(self, posture: Array, thrust: float, swing: Side) -> None:
         """Rest in a posture, with both fans still and one of them told to blow."""
-        self.posture, self.thrust = posture, thrust
+        self.posture, self.target = posture, posture
+        self.thrust = self.told = thrust
         self._blowing = swing
-        self._target = posture
         self._blend.reset(posture)
         left, right = self._body.robot.fans
         self._fans: dict[Side, FanLag] = {
@@ -47,12 +61,12 @@ class Actuators:
     def swing(self, side: Side) -> None:
         """Let the other fan blow from now on."""
         if side != self._blowing:
-            self._blowing, self.thrust = side, 0.0
+            self._blowing, self.thrust, self.told = side, 0.0, 0.0
 
     def set_course(self, posture: Array, thrust: float, steps: int) -> None:
         """Head for a posture (12,) [rad] and a thrust [N], both in straight lines over some simulation steps."""
         targets = self._blend.advance(posture, steps)
-        velocities = np.diff(targets, axis=0, prepend=self._target[None]) * self._settings.rate
+        velocities = np.diff(targets, axis=0, prepend=self.target[None]) * self._settings.rate
         self._course = zip(
             targets.tolist(),
             velocities.tolist(),
@@ -64,10 +78,17 @@ class Actuators:
     def step(self) -> float:
         """Apply the commands of the next simulation step; return the thrust of the blowing fan [N]."""
         target, velocity, self.thrust = next(self._course)
-        self._target = np.array(target)
+        self.target = np.array(target)
         self._body.drive(target, velocity)
+        fan_limit = self._fans[self._blowing].max_thrust
+        told = self.thrust if self.feedback is None else self.feedback(self.thrust)
+        self.told = min(max(told, 0.0), fan_limit)
         for side, fan in self._fans.items():
-            thrust = fan.step(self.thrust if side == self._blowing else 0.0)
+            thrust = fan.step(self.told if side == self._blowing else 0.0)
             if thrust > _NO_THRUST:
                 self._body.blow(side, thrust)
         return self._fans[self._blowing].thrust
+
+    def delivered(self, side: Side) -> float:
+        """Return the thrust that a fan delivers [N]."""
+        return self._fans[side].thrust

@@ -75,6 +75,7 @@ class RobotBody:
         self._inertial = {link: self._inertial_frame(link) for link in (-1, *self._links.values())}
         self._thrusters = {side: self._thruster(side) for side in ("left", "right")}
         self._effort = [float(value) for value in robot.effort]
+        self._imu = self._place_of_imu()
 
     def link(self, name: str) -> int:
         """Return the index of a link."""
@@ -174,6 +175,17 @@ class RobotBody:
         turning = (wy * z - wz * y, wz * x - wx * z, wx * y - wy * x)
         return PelvisState(pose, np.add(linear, turning), np.array(angular))
 
+    def imu_motion(self) -> tuple[Array, Array, Array]:
+        """Return the axes (3, 3) of the pelvis, along which the IMU measures, and the IMU's velocities.
+
+        The velocities are that of its origin (3,) [m/s] and the angular one (3,) [rad/s], both in the world.
+        """
+        pelvis = self.pelvis()
+        axes, (wx, wy, wz) = pelvis.pose.axes, pelvis.angular_velocity.tolist()
+        x, y, z = (axes @ self._imu).tolist()
+        turning = (wy * z - wz * y, wz * x - wx * z, wx * y - wy * x)
+        return axes, pelvis.velocity + turning, pelvis.angular_velocity
+
     def frame(self, name: str) -> Pose:
         """Return the pose of a link's frame."""
         link = self._links[name]
@@ -197,6 +209,13 @@ class RobotBody:
             force += normal_force * point[7][2] + point[10] * point[11][2] + point[12] * point[13][2]
         center = (x / total, y / total) if total > 0.0 else (math.nan, math.nan)
         return Contact(total > 0.0, force, np.array(center))
+
+    def _place_of_imu(self) -> Array:
+        """Return where the IMU is (3,) [m] in the pelvis' frame; at its origin if the robot has none."""
+        if self.robot.names.imu not in self._links:
+            return np.zeros(3)
+        pelvis = self.pelvis().pose
+        return np.asarray((self.frame(self.robot.names.imu).position - pelvis.position) @ pelvis.axes)
 
     def _names(self, side: Side) -> LegNames:
         return self.robot.names.left if side == "left" else self.robot.names.right

@@ -37,6 +37,7 @@ class World:
         client: The physics server's client.
         body: The robot in it.
         cartons: The cartons in it.
+        actuators: Servos and fans.
         step: The step that the cartons are placed for; ``None`` at first.
 
     Args:
@@ -62,7 +63,7 @@ class World:
         self.body = RobotBody(self.client, self.robot, visible=gui)
         self.body.set_up(self.settings)
         self._pristine: int = self.client.saveState()
-        self._actuators = Actuators(self.body, self.settings)
+        self.actuators = Actuators(self.body, self.settings)
         self._footing: Footing | None = None  # none: the robot stands nowhere
         self._steps_done, self._time_asked = 0, 0.0
 
@@ -113,7 +114,7 @@ class World:
         support = _other(step.swing)
         sole = forward_kinematics(self.robot, command).soles[0 if support == "left" else 1]
         self.body.place(command, pose._replace(position=pose.position + step.support - pose.point(sole)))
-        self._actuators.reset(command, thrust, step.swing)
+        self.actuators.reset(command, thrust, step.swing)
         self._footing = self._stand(step, np.array(step.support))
         settle_steps = max(self.settings.steps(self.settings.settle_time), 1)
         self._steps_done, self._time_asked = -settle_steps, 0.0
@@ -153,7 +154,7 @@ class World:
     def hold(self, duration: float, *, stop_on_fall: bool = True) -> Measurement:
         """Keep the last commands for a time [s]; see :meth:`advance`."""
         self._standing()
-        return self.advance(self._actuators.posture, self._actuators.thrust, duration, stop_on_fall=stop_on_fall)
+        return self.advance(self.actuators.posture, self.actuators.thrust, duration, stop_on_fall=stop_on_fall)
 
     def next_step(self, step: Step) -> None:
         """Go on with another step from where the robot stands; the free carton moves under the new landing.
@@ -169,7 +170,7 @@ class World:
         self._refuse_other_robot(step)
         self.cartons.continue_with(step)
         self.step = step
-        self._actuators.swing(step.swing)
+        self.actuators.swing(step.swing)
         self._footing = self._stand(step, self.body.sole(_other(step.swing)).position)
 
     def clear_start(self) -> None:
@@ -216,9 +217,9 @@ class World:
     def _simulate(self, command: Array, thrust: float, steps: int, stop_on_fall: bool) -> Measurement:
         footing = self._standing()
         recorder = Recorder(self.body, self.settings, footing)
-        self._actuators.set_course(command, thrust, steps)
+        self.actuators.set_course(command, thrust, steps)
         for k in range(1, steps + 1):
-            delivered = self._actuators.step()
+            delivered = self.actuators.step()
             self.client.stepSimulation()
             self._steps_done += 1
             recorder.step(delivered)

@@ -1,0 +1,149 @@
+import csv
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from agents.planner import make_planner
+from jet_gym.courses import PAPER
+from jet_gym.errors import SettingsError, StepError
+from jet_gym.plan import Plan
+from jet_gym.simulation import CourseSettings, Execution, ExecutionSettings, execute, make_course
+
+pytest.importorskip("pybullet")
+
+QUICK = CourseSettings(stand_time=0.2, time_scale=0.55, transition_time=2.0, rest_time=0.3)
+
+
+@pytest.fixture(scope="module")
+def plans() -> list[Plan]:
+    return [make_planner("gas").plan(step, seed=0) for step in PAPER]
+
+
+@pytest.fixture(scope="module")
+def crossing(plans) -> Execution:
+    """The paper's course at its own pace."""
+    return execute(plans, ExecutionSettings(thrust="pid"), seed=0)
+
+
+class TestThePapersCourse:
+    def test_it_takes_24_seconds_or_less(self, crossing):
+        assert crossing.summary.success, crossing.summary.outcome
+        assert 15.0 < crossing.time[-1] <= 24.0
+
+    def test_limits_hold(self, crossing, robot):
+        assert 18.0 < crossing.thrust_delivered.max() <= robot.max_thrust
+        assert np.all(crossing.joint_torques.max(axis=0) < robot.effort)
+        speed = np.abs(np.diff(crossing.joint_positions, axis=0)) / np.diff(crossing.time)[:, None]
+        assert np.all(speed.max(axis=0) < robot.velocity)
+
+    def test_no_foot_slides_off_its_carton(self, crossing):
+        for k, places in ((0, PAPER.side.landing), (1, PAPER.forward.landing)):
+            assert crossing.soles[-1, k] == pytest.approx(places, abs=3e-3)
+        assert crossing.slip.max() < 2e-3
+
+    def test_the_support_foot_changes_when_the_other_one_carries_weight(self, crossing):
+        (change,) = np.flatnonzero(np.diff(crossing.plan))
+        weight = crossing.foot_forces[change].sum()
+        assert crossing.phase[change] == "transition 1"
+        assert crossing.foot_forces[change, 0] >= 0.3 * weight - 1.0
+        assert crossing.thrust_delivered[change].max() < 0.5
+
+    def test_in_the_air_the_fan_carries_what_the_support_foot_does_not(self, crossing, robot):
+        in_the_air = (crossing.phase == "motion 2") & (crossing.foot_forces[:, 1] == 0.0)
+        carried = crossing.foot_forces[in_the_air, 0] + crossing.thrust_delivered[in_the_air, 1]
+        assert carried.mean() == pytest.approx(robot.mass * 9.81, rel=5e-3)
+
+    def test_the_zmp_stays_on_the_soles(self, crossing):
+        assert crossing.summary.least_zmp_margin > 2e-3
+        assert math.degrees(crossing.summary.worst_tilt) < 1.0
+
+    @pytest.mark.parametrize("seed", range(1, 6))
+    def test_five_seeds_of_five_stand(self, plans, seed):
+        assert execute(plans, ExecutionSettings(thrust="pid", course=QUICK), seed=seed).summary.success
+
+    def test_without_fans_it_falls_over_the_ditch(self, plans):
+        fallen = execute(plans, ExecutionSettings(course=QUICK, fan_power=0.0))
+        assert not fallen.summary.success
+        assert fallen.summary.cause == "left foot"  # the support foot of motion 2
+        assert "in motion 2" in fallen.summary.outcome
+        assert "the left foot tipped over its inner edge" in fallen.summary.outcome
+        assert f"at {fallen.time[-1]:.1f} s" in fallen.summary.outcome
+
+
+class TestExecution:
+    def test_the_same_seed_gives_the_same_result(self, plans):
+        settings = ExecutionSettings(thrust="pid", course=QUICK)
+        one, two, other = (execute(plans[:1], settings, seed=seed) for seed in (3, 3, 4))
+        assert np.array_equal(one.joint_positions, two.joint_positions)
+        assert np.array_equal(one.thrust_commanded, two.thrust_commanded)
+        assert not np.array_equal(one.thrust_commanded, other.thrust_commanded)
+
+    def test_feed_forward_commands_what_was_planned(self, plans):
+        result = execute(plans[:1], ExecutionSettings(course=QUICK))
+        assert result.thrust_commanded == pytest.approx(result.thrust_planned, abs=1e-9)
+        motion = result.thrust_planned[result.phase == "motion 1"]
+        assert motion.max() == pytest.approx(plans[0].thrust[-1], abs=0.1)
+
+    def test_the_log_says_what_the_series_say(self, crossing, tmp_path):
+        crossing.save_csv(tmp_path / "log.csv")
+        with (tmp_path / "log.csv").open() as file:
+            rows = list(csv.DictReader(file))
+        assert len(rows) == len(crossing.time)
+        at = len(rows) // 2
+        assert float(rows[at]["time_s"]) == pytest.approx(crossing.time[at], rel=1e-6)
+        assert float(rows[at]["left_knee_pitch_position_rad"]) == pytest.approx(crossing.joint_positions[at, 3])
+        assert float(rows[at]["right_thrust_N"]) == pytest.approx(crossing.thrust_delivered[at, 1], abs=1e-6)
+        assert rows[at]["phase"] == crossing.phase[at]
+        assert {row["support"] for row in rows} == {"left", "right"}
+
+    @pytest.mark.parametrize("seed", [-1, 1.5, True])
+    def test_seeds_that_make_no_sense_are_refused(self, plans, seed):
+        with pytest.raises(ValueError, match="seed"):
+            execute(plans, seed=seed)
+
+    @pytest.mark.parametrize(
+        "change", [{"thrust": "none"}, {"fan_power": 1.5}, {"patience": math.inf}, {"carrying_share": "half"}]
+    )
+    def test_settings_that_make_no_sense_are_refused(self, change):
+        with pytest.raises(SettingsError, match=next(iter(change))):
+            ExecutionSettings(**change)
+
+
+class TestCourse:
+    def test_joints_move_smoothly_within_their_speed_and_range(self, plans, robot):
+        course = make_course(plans)
+        assert course.duration <= 24.0
+        for phase in course.phases:
+            speed = np.abs(np.diff(phase.joint_positions, axis=0)) / np.diff(phase.time)[:, None]
+            assert np.all(speed <= 0.7 * robot.velocity + 1e-9)
+            assert np.all((phase.joint_positions >= robot.lower) & (phase.joint_positions <= robot.upper))
+            assert speed[[0, -1]].max() < 0.15  # from rest to rest
+        for before, after in zip(course.phases, course.phases[1:], strict=False):
+            assert before.joint_positions[-1] == pytest.approx(after.joint_positions[0], abs=1e-9)
+
+    def test_a_motion_goes_through_the_plans_postures_and_thrusts(self, plans):
+        (motion,) = (phase for phase in make_course(plans[:1]).phases if phase.kind == "motion")
+        for posture, thrust in zip(plans[0].joint_positions, plans[0].thrust, strict=True):
+            distance = np.abs(motion.joint_positions - posture).max(axis=1)
+            assert distance.min() < 0.01
+            assert motion.thrust[distance.argmin()] == pytest.approx(thrust, abs=0.1)
+
+    def test_slow_servos_stretch_time(self, plans, robot):
+        fast, slow = (make_course(plans, CourseSettings(speed_share=share)) for share in (1.0, 0.1))
+        assert slow.duration > 1.5 * fast.duration
+
+    def test_plans_that_do_not_belong_together_are_refused(self, plans):
+        with pytest.raises(StepError, match="plan 2 begins with the left sole at"):
+            make_course(plans[::-1])
+        moved = replace(PAPER.forward, landing=(0.4, 0.1275, 0.0), points=20)
+        with pytest.raises(StepError, match="plan 2"):
+            make_course([plans[1], make_planner("gas").plan(moved)])
+        with pytest.raises(ValueError, match="at least one plan"):
+            make_course([])
+
+    @pytest.mark.parametrize("change", [{"time_scale": 0.0}, {"speed_share": 1.5}, {"ease_time": math.nan}])
+    def test_settings_that_make_no_sense_are_refused(self, change):
+        with pytest.raises(SettingsError, match=next(iter(change))):
+            CourseSettings(**change)
