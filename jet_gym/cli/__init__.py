@@ -9,6 +9,7 @@ import click
 
 from jet_gym import __version__
 from jet_gym.cli.plan import plan_command
+from jet_gym.cli.simulate import simulate_command
 from jet_gym.cli.studies import claims_command, sweep_command
 from jet_gym.errors import JetGymError
 
@@ -25,7 +26,7 @@ def cli() -> None:
     """
 
 
-for command in (plan_command, sweep_command, claims_command):
+for command in (plan_command, simulate_command, sweep_command, claims_command):
     cli.add_command(command)
 
 

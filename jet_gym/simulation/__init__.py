@@ -8,6 +8,7 @@ from jet_gym.simulation.course import CourseSettings, make_course
 from jet_gym.simulation.diagnosis import Summary
 from jet_gym.simulation.errors import BulletMissingError, DisplayMissingError, WorldStateError
 from jet_gym.simulation.execution import ExecutionSettings, execute
+from jet_gym.simulation.film import FilmSettings, film
 from jet_gym.simulation.history import Execution
 from jet_gym.simulation.imu import ImuSettings
 from jet_gym.simulation.measurement import Measurement
@@ -24,6 +25,7 @@ __all__ = [
     "DisplayMissingError",
     "Execution",
     "ExecutionSettings",
+    "FilmSettings",
     "ImuSettings",
     "Measurement",
     "Overlay",
@@ -34,5 +36,6 @@ __all__ = [
     "World",
     "WorldStateError",
     "execute",
+    "film",
     "make_course",
 ]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from jet_gym.simulation.errors import BulletMissingError, DisplayMissingError
@@ -26,7 +28,8 @@ def connect(gui: bool = False) -> Any:
             the whole process; or if PyBullet cannot start.
     """
     try:
-        pybullet: Any = importlib.import_module("pybullet")
+        with _silent():
+            pybullet: Any = importlib.import_module("pybullet")
         bullet_client: Any = importlib.import_module("pybullet_utils.bullet_client").BulletClient
     except ImportError as error:
         raise BulletMissingError(
@@ -43,6 +46,24 @@ def connect(gui: bool = False) -> Any:
     if client._client < 0:
         raise DisplayMissingError(f"PyBullet could not {'open its window' if gui else 'start a server'}")
     return client
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Keep what compiled code prints from the terminal: PyBullet tells its build time when it is imported."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    kept = [(stream, os.dup(stream)) for stream in (1, 2)]
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        for stream, _ in kept:
+            os.dup2(nowhere, stream)
+        yield
+    finally:
+        for stream, copy in kept:
+            os.dup2(copy, stream)
+            os.close(copy)
+        os.close(nowhere)
 
 
 def configure(client: Any, settings: SimulationSettings) -> None:

@@ -1,0 +1,90 @@
+import csv
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from agents.planner import make_planner
+from jet_gym.cli import run
+from jet_gym.courses import PAPER
+
+pytest.importorskip("pybullet")
+
+
+@pytest.fixture(scope="module")
+def side_file(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("plans") / "side.json"
+    make_planner("gas").plan(replace(PAPER.side, points=30, duration=4.0)).save(path)
+    return path
+
+
+def test_a_plan_is_executed_and_logged(side_file, tmp_path, capsys):
+    log = tmp_path / "log.csv"
+    assert run(["simulate", str(side_file), "--thrust", "pid", "--log", str(log)]) == 0
+    printed = capsys.readouterr().out
+    assert "the robot made one step in" in printed
+    for name in ("duration (s)", "worst tilt (deg)", "least ZMP margin (mm)", "hip roll", "18.95"):
+        assert name in printed
+    with log.open() as file:
+        rows = list(csv.DictReader(file))
+    assert float(rows[-1]["time_s"]) > 4.0
+    assert rows[-1]["phase"] == "rest"
+
+
+def test_a_robot_that_falls_is_exit_code_1_and_a_sentence(tmp_path, capsys):
+    path = tmp_path / "forward.json"
+    make_planner("gas").plan(replace(PAPER.forward, points=60, duration=6.0)).save(path)
+    assert run(["simulate", str(path), "--fan-power", "0"]) == 1
+    captured = capsys.readouterr()
+    (sentence,) = captured.err.strip().splitlines()
+    assert sentence.startswith("the robot fell at ")
+    assert "the left foot tipped over its inner edge" in sentence
+    assert "fell: left foot" in captured.out
+
+
+def test_the_film_shows_the_whole_execution(side_file, tmp_path):
+    ffmpeg = pytest.importorskip("imageio_ffmpeg").get_ffmpeg_exe()
+    video = tmp_path / "side.mp4"
+    assert run(["simulate", str(side_file), "--video", str(video), "--fps", "1", "--size", "160", "120"]) == 0
+    decoded = subprocess.run(
+        [ffmpeg, "-v", "error", "-i", str(video), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"],
+        capture_output=True,
+        check=True,
+    ).stdout
+    frames = np.frombuffer(decoded, dtype=np.uint8).reshape(-1, 120, 160, 3)
+    assert len(frames) == pytest.approx(0.5 + 2.0 + 3.2 + 1.5 + 0.5, abs=1.0)
+    assert np.abs(frames[0].astype(float) - frames[-1]).mean() > 2.0  # something moved
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["nowhere.json"], "cannot read the plan nowhere.json"),
+        (["paper", "other.json"], "paper is a course by itself"),
+        (["paper", "--fan-power", "2"], "fan_power must lie between 0 and 1"),
+        (["paper", "--time-scale", "0"], "time_scale must be more than 0"),
+        (["paper", "--video", "course.gif"], "must end in .mp4"),
+        (["paper", "--size", "641", "480"], "width must be an even whole number"),
+        (["paper", "--log", "no/such/folder/log.csv"], "its folder does not exist"),
+        (["paper", "--planner", "nobody"], "nobody"),
+        (["paper", "--thrust", "none"], "none"),
+        ([], "PLAN"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_exit_code_2(arguments, sentence, capsys):
+    assert run(["simulate", *arguments]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert sentence in line
+
+
+def test_a_course_that_does_not_fit_together_is_refused(side_file, capsys):
+    assert run(["simulate", str(side_file), str(side_file)]) == 2
+    assert "plan 2 begins with the left sole at" in capsys.readouterr().err
+
+
+def test_without_a_display_the_window_is_refused(side_file, capsys, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    assert run(["simulate", str(side_file), "--gui"]) == 2
+    assert "no display" in capsys.readouterr().err
