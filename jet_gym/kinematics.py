@@ -129,21 +129,21 @@ def leg_forward(leg: Leg, cosines: Six, sines: Six) -> tuple[Vector, Vector, Rot
     my += x1 * w2[0] + y1 * w2[1] + z1 * w2[2]
     mz += x2 * w2[0] + y2 * w2[1] + z2 * w2[2]
     # Hip pitch, knee and ankle pitch turn about the same y column.
-    x0, x1, x2, z0, z1, z2 = _pitched(x0, x1, x2, z0, z1, z2, c3, s3)
+    x0, x1, x2, z0, z1, z2 = turned_pitch(x0, x1, x2, z0, z1, z2, c3, s3)
     mx += x0 * w3[0] + y0 * w3[1] + z0 * w3[2]
     my += x1 * w3[0] + y1 * w3[1] + z1 * w3[2]
     mz += x2 * w3[0] + y2 * w3[1] + z2 * w3[2]
     kx = hx + x0 * leg.thigh[0] + y0 * leg.thigh[1] + z0 * leg.thigh[2]
     ky = hy + x1 * leg.thigh[0] + y1 * leg.thigh[1] + z1 * leg.thigh[2]
     kz = hz + x2 * leg.thigh[0] + y2 * leg.thigh[1] + z2 * leg.thigh[2]
-    x0, x1, x2, z0, z1, z2 = _pitched(x0, x1, x2, z0, z1, z2, c4, s4)
+    x0, x1, x2, z0, z1, z2 = turned_pitch(x0, x1, x2, z0, z1, z2, c4, s4)
     mx += m4 * kx + x0 * w4[0] + y0 * w4[1] + z0 * w4[2]
     my += m4 * ky + x1 * w4[0] + y1 * w4[1] + z1 * w4[2]
     mz += m4 * kz + x2 * w4[0] + y2 * w4[1] + z2 * w4[2]
     ax = kx + x0 * leg.shank[0] + y0 * leg.shank[1] + z0 * leg.shank[2]
     ay = ky + x1 * leg.shank[0] + y1 * leg.shank[1] + z1 * leg.shank[2]
     az = kz + x2 * leg.shank[0] + y2 * leg.shank[1] + z2 * leg.shank[2]
-    x0, x1, x2, z0, z1, z2 = _pitched(x0, x1, x2, z0, z1, z2, c5, s5)
+    x0, x1, x2, z0, z1, z2 = turned_pitch(x0, x1, x2, z0, z1, z2, c5, s5)
     lower = m5 + m6
     mx += lower * ax + x0 * w5[0] + y0 * w5[1] + z0 * w5[2]
     my += lower * ay + x1 * w5[0] + y1 * w5[1] + z1 * w5[2]
@@ -159,7 +159,7 @@ def leg_forward(leg: Leg, cosines: Six, sines: Six) -> tuple[Vector, Vector, Rot
 
 
 @inlined
-def _pitched(
+def turned_pitch(
     x0: float, x1: float, x2: float, z0: float, z1: float, z2: float, c: float, s: float
 ) -> tuple[float, float, float, float, float, float]:
     """Turn the x and z columns of a rotation about its y column."""
