@@ -32,6 +32,7 @@ pictures: .venv/base.installed  ## the pictures of README and docs
 	@$(BIN)/jet-gym plan forward --output docs/images/plan.json --plot docs/images/forward.png
 	@rm docs/images/plan.json docs/images/forward.png
 	@$(BIN)/jet-gym sweep --plot docs/images/smoothness-sweep.png
+	@$(BIN)/jet-gym balance-space --plot docs/images/balance-space.png
 	@$(BIN)/python examples/frame.py docs/images/across-the-ditch.png
 
 .venv/base.installed: pyproject.toml constraints.txt | .venv/bin/python

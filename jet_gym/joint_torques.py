@@ -64,7 +64,7 @@ def leg_torques(leg: Leg, cosines: Six, sines: Six, force: float, place: Point) 
     c1, c2, c3, c4, c5, c6 = cosines
     s1, s2, s3, s4, s5, s6 = sines
     _, w2, w3, w4, w5, w6 = leg.mass_moments
-    _, m2, m3, m4, m5, m6 = leg.masses
+    _, _, _, m4, m5, m6 = leg.masses
     hx, hy = leg.hip[0], leg.hip[1]
     ex, ey = place
 
@@ -111,11 +111,16 @@ def leg_torques(leg: Leg, cosines: Six, sines: Six, force: float, place: Point) 
 
 
 @inlined
-def within_torques(torques: Six, largest: Six) -> bool:
-    """Tell whether torques [N m] are within the largest ones in either direction."""
-    within_hip = (abs(torques[1]) <= largest[1]) & (abs(torques[2]) <= largest[2])
-    within_ankle = (abs(torques[4]) <= largest[4]) & (abs(torques[5]) <= largest[5])
-    return (abs(torques[0]) <= largest[0]) & within_hip & (abs(torques[3]) <= largest[3]) & within_ankle
+def largest_share(torques: Six, largest: Six) -> float:
+    """Return the largest share of its largest torque that any of six joints holds; a joint may have none."""
+    hip = max(_share(torques[0], largest[0]), _share(torques[1], largest[1]), _share(torques[2], largest[2]))
+    ankle = max(_share(torques[3], largest[3]), _share(torques[4], largest[4]), _share(torques[5], largest[5]))
+    return max(hip, ankle)
+
+
+@inlined
+def _share(torque: float, largest: float) -> float:
+    return abs(torque) / max(largest, 1e-9)
 
 
 @entry_point

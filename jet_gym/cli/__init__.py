@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import click
 
 from jet_gym import __version__
+from jet_gym.cli.balance_space import balance_space_command
 from jet_gym.cli.plan import plan_command
 from jet_gym.cli.simulate import simulate_command
 from jet_gym.cli.studies import claims_command, sweep_command
@@ -26,7 +27,7 @@ def cli() -> None:
     """
 
 
-for command in (plan_command, simulate_command, sweep_command, claims_command):
+for command in (plan_command, simulate_command, balance_space_command, sweep_command, claims_command):
     cli.add_command(command)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
@@ -17,21 +18,41 @@ seeds_option = click.option(
 )
 
 
+def balance_options(command: Command) -> Command:
+    """Add the options that make balance settings."""
+    return _with_options(
+        command,
+        click.option(
+            "--thrust-model",
+            type=click.Choice(["assigned", "least"]),
+            default="assigned",
+            show_default=True,
+            help="Thrust that puts the ZMP at the assigned point, or the least that balances.",
+        ),
+        click.option("--zmp-margin", type=float, help="Distance of the ZMP from the sole's edge [m]; 0.02."),
+        click.option("--max-thrust", type=float, help="Largest thrust [N]; the robot's own by default."),
+    )
+
+
 def settings_options(command: Command) -> Command:
     """Add the options that make balance and fitness settings."""
-    for option in reversed(
-        (
-            click.option(
-                "--thrust-model",
-                type=click.Choice(["assigned", "least"]),
-                default="assigned",
-                show_default=True,
-                help="Thrust that puts the ZMP at the assigned point, or the least that balances.",
-            ),
-            click.option("--zmp-margin", type=float, help="Distance of the ZMP from the sole's edge [m]; 0.02."),
-            click.option("--max-thrust", type=float, help="Largest thrust [N]; the robot's own by default."),
-            click.option("--smoothness-weight", type=float, help="omega of eq. (18) [1/m^2]; 5e5 = 50 per cm^2."),
-        )
-    ):
+    weight = click.option("--smoothness-weight", type=float, help="omega of eq. (18) [1/m^2]; 5e5 = 50 per cm^2.")
+    return balance_options(weight(command))
+
+
+def given(**options: Any) -> dict[str, Any]:
+    """Keep the options that were given, so that defaults stand in one place."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def with_suffixes(path: Path, *suffixes: str) -> Path:
+    """Put suffixes between a file's stem and its ending; a path without a name is left for the check to refuse."""
+    if not path.name:
+        return path
+    return path.with_name("-".join((path.stem, *filter(None, suffixes))) + path.suffix)
+
+
+def _with_options(command: Command, *options: Callable[[Command], Command]) -> Command:
+    for option in reversed(options):
         command = option(command)
     return command

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from jet_gym.cli.options import Command, seed_option, settings_options
+from jet_gym.cli.options import Command, given, seed_option, settings_options, with_suffixes
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -89,13 +89,13 @@ def plan_command(
     from jet_gym.cli.console import console, progress_bar, summary_table
     from jet_gym.fitness import FitnessSettings
 
-    balance = BalanceSettings(**_given(thrust_model=thrust_model, zmp_margin=zmp_margin, max_thrust=max_thrust))
-    fitness = FitnessSettings(**_given(smoothness_weight=smoothness_weight))
+    balance = BalanceSettings(**given(thrust_model=thrust_model, zmp_margin=zmp_margin, max_thrust=max_thrust))
+    fitness = FitnessSettings(**given(smoothness_weight=smoothness_weight))
     jobs = _jobs(motion, own_step)
     names = list(dict.fromkeys(planners))
     agents_by_name = [make_planner(name, balance=balance, fitness=fitness) for name in names]
     files = {
-        (job.motion, name): _with_suffixes(
+        (job.motion, name): with_suffixes(
             output, job.motion if len(jobs) > 1 else "", name if len(names) > 1 else ""
         )
         for job in jobs
@@ -122,11 +122,6 @@ def plan_command(
     return _report_violations(plans)
 
 
-def _given(**options: Any) -> dict[str, Any]:
-    """Keep the options that were given, so that defaults stand in one place."""
-    return {name: value for name, value in options.items() if value is not None}
-
-
 def _jobs(motion: str | None, own_step: dict[str, Any]) -> list[Job]:
     """Return the steps that were asked for."""
     from dataclasses import replace
@@ -134,28 +129,21 @@ def _jobs(motion: str | None, own_step: dict[str, Any]) -> list[Job]:
     from jet_gym.courses import PAPER
     from jet_gym.step import Step
 
-    given = _given(**own_step)
+    own = given(**own_step)
     if motion is not None:
-        fixed = sorted({"swing", "start", "landing", "support"} & set(given))
+        fixed = sorted({"swing", "start", "landing", "support"} & set(own))
         if fixed:
             raise click.UsageError(
                 f"the motion {motion!r} has its own {', '.join(fixed)}; leave out one or the other"
             )
         motions = ("side", "forward") if motion == "paper" else (motion,)
-        return [Job(name, replace(PAPER[name], **given)) for name in motions]
-    missing = [f"--{name}" for name in ("swing", "start", "landing", "support") if name not in given]
+        return [Job(name, replace(PAPER[name], **own)) for name in motions]
+    missing = [f"--{name}" for name in ("swing", "start", "landing", "support") if name not in own]
     if missing:
         raise click.UsageError(
             f"name a motion (side, forward, paper) or give the step: {', '.join(missing)} missing"
         )
-    return [Job("step", Step(**given))]
-
-
-def _with_suffixes(path: Path, *suffixes: str) -> Path:
-    """Put suffixes between a file's stem and its ending; a path without a name is left for the check to refuse."""
-    if not path.name:
-        return path
-    return path.with_name("-".join((path.stem, *filter(None, suffixes))) + path.suffix)
+    return [Job("step", Step(**own))]
 
 
 def _picture_paths(plot: Path | None, jobs: list[Job]) -> dict[tuple[str, str], Path]:
@@ -165,8 +153,8 @@ def _picture_paths(plot: Path | None, jobs: list[Job]) -> dict[tuple[str, str], 
     paths = {}
     for job in jobs:
         name = job.motion if len(jobs) > 1 else ""
-        paths[job.motion, "trajectories"] = _with_suffixes(plot, name)
-        paths[job.motion, "locomotion"] = _with_suffixes(plot, name, "locomotion")
+        paths[job.motion, "trajectories"] = with_suffixes(plot, name)
+        paths[job.motion, "locomotion"] = with_suffixes(plot, name, "locomotion")
     return paths
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -19,6 +18,7 @@ from jet_gym.envs.lanes import Lanes, Transition, begin, empty_lanes, empty_tran
 from jet_gym.envs.model import TaskModel
 from jet_gym.envs.registration import MAX_EPISODE_STEPS
 from jet_gym.step import Step
+from jet_gym.threads import available_cores
 
 _LANES_PER_THREAD = 512
 _NAMES_OF_FLAGS = np.empty(2 * max(CONSTRAINT_NAMES), dtype=object)
@@ -91,7 +91,7 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
         self._over = np.ones(num_envs, dtype=np.bool_)  # lanes that wait for their reset
         self._attitude = np.zeros((num_envs, 2))
         self._generators: list[np.random.Generator] = [seeded_generator(None)[0] for _ in range(num_envs)]
-        wanted = threads if threads is not None else min(_available_cores(), num_envs // _LANES_PER_THREAD)
+        wanted = threads if threads is not None else min(available_cores(), num_envs // _LANES_PER_THREAD)
         self._threads = max(1, wanted)
         self._shares = np.array_split(np.arange(num_envs), self._threads)
         self._pool: ThreadPoolExecutor | None = None
@@ -254,11 +254,6 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
         if self._pool is None:
             self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix="jet_gym")
         list(self._pool.map(work, self._shares))
-
-
-def _available_cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _packed(values: dict[str, Any], present: Flags) -> dict[str, Any]:

@@ -1,0 +1,233 @@
+"""The compiled loops behind the balance space: every pelvis position of a grid, at swing foot after swing foot."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jet_gym.balance import BalanceParameters, Stance, least_thrust, stance_of
+from jet_gym.compilation import entry_point, inlined
+from jet_gym.constraints import JOINT_LIMITS, REACH
+from jet_gym.joint_torques import largest_share, leg_torques
+from jet_gym.posture_state import posture_at
+from jet_gym.robot import Leg, Six, Trunk, Vector
+from jet_gym.urdf import Array
+
+NEVER = 1e300  # [N] thrust where no posture balances; compiled code may not use infinity
+_BLOCK = 64  # postures side by side in SIMD lanes
+_ROUNDING = 1e-9  # [m] by which the leg's reach is taken too long; each posture is then judged by itself
+
+
+@entry_point
+def explore_columns(
+    swing_leg: Leg,
+    support_leg: Leg,
+    trunk: Trunk,
+    side: float,
+    balance: BalanceParameters,
+    swing_effort: Six,
+    support_effort: Six,
+    support_sole: Vector,
+    spacing: float,
+    columns: Array,
+    heights: Array,
+    thrust: Array,
+    thrust_within_torque: Array,
+    torque_share: Array,
+) -> None:
+    """Find the least thrust with which some posture balances, above each of some places of the swing foot.
+
+    Args:
+        swing_leg: The swing leg.
+        support_leg: The support leg.
+        trunk: The rest of the robot.
+        side: +1 where the left leg swings, -1 where the right one does.
+        balance: Balance settings.
+        swing_effort: Largest torques of the swing leg [N m].
+        support_effort: Largest torques of the support leg [N m].
+        support_sole: The support sole [m], and the origin of the pelvis grid.
+        spacing: Spacing of the pelvis grid [m].
+        columns: Places of the swing sole (C, 2) [m], x and y.
+        heights: Its heights (H,) [m].
+        thrust: Receives the least thrust (C, H) [N]: 0 where a posture balances without, NEVER where none does.
+        thrust_within_torque: Receives the same of the postures whose static torques the servos can hold.
+        torque_share: Receives the least share (C, H) of the servos' torque with which some posture balances.
+    """
+    candidates = np.empty((3, _BLOCK))
+    asked, free, com = np.empty(_BLOCK), np.empty(_BLOCK), np.empty((2, _BLOCK))
+    violations = np.empty(_BLOCK, np.int64)
+    for column in range(len(columns)):
+        for level in range(len(heights)):
+            swing_sole = (columns[column, 0], columns[column, 1], heights[level])
+            stance = stance_of(swing_leg, support_leg, side, balance.zmp_margin, swing_sole, support_sole)
+            lowest = max(swing_sole[2], support_sole[2])
+            least, least_held, share = _explore(
+                swing_leg, support_leg, trunk, balance, swing_effort, support_effort,
+                stance, support_sole, lowest, spacing, candidates, asked, free, com, violations,
+            )  # fmt: skip
+            thrust[column, level] = least
+            thrust_within_torque[column, level] = least_held
+            torque_share[column, level] = share
+
+
+@inlined
+def _explore(
+    swing_leg: Leg,
+    support_leg: Leg,
+    trunk: Trunk,
+    balance: BalanceParameters,
+    swing_effort: Six,
+    support_effort: Six,
+    stance: Stance,
+    origin: Vector,
+    lowest: float,
+    spacing: float,
+    candidates: Array,
+    asked: Array,
+    free: Array,
+    com: Array,
+    violations: NDArray[np.int64],
+) -> Vector:
+    """Go through the pelvis positions from which both feet are in reach; return what :func:`_judge` found."""
+    ax, ay, az = _pelvis_over(swing_leg, stance, stance.swing_ankle)
+    bx, by, bz = _pelvis_over(support_leg, stance, stance.support_ankle)
+    swing_reach, support_reach = _squared_reach(swing_leg), _squared_reach(support_leg)
+    a, b = math.sqrt(swing_reach), math.sqrt(support_reach)
+    found = np.full(3, NEVER)
+    count = 0
+    first_x, after_x = _between(max(ax - a, bx - b), min(ax + a, bx + b), origin[0], spacing)
+    first_y, after_y = _between(max(ay - a, by - b), min(ay + a, by + b), origin[1], spacing)
+    for i in range(first_x, after_x):
+        x = origin[0] + spacing * i
+        for j in range(first_y, after_y):
+            y = origin[1] + spacing * j
+            over_a = swing_reach - (x - ax) * (x - ax) - (y - ay) * (y - ay)
+            over_b = support_reach - (x - bx) * (x - bx) - (y - by) * (y - by)
+            if over_a < 0.0 or over_b < 0.0:
+                continue
+            over_a, over_b = math.sqrt(over_a), math.sqrt(over_b)
+            low, high = max(lowest, az - over_a, bz - over_b), min(az + over_a, bz + over_b)
+            first_z, after_z = _between(low, high, origin[2], spacing)
+            for k in range(first_z, after_z):
+                candidates[0, count], candidates[1, count], candidates[2, count] = x, y, origin[2] + spacing * k
+                count += 1
+                if count == _BLOCK:
+                    _judge(
+                        swing_leg, support_leg, trunk, balance, swing_effort, support_effort,
+                        stance, candidates, count, asked, free, com, violations, found,
+                    )  # fmt: skip
+                    count = 0
+    for i in range(count, _BLOCK):  # the lanes that are left get what was looked at before
+        for axis in range(3):
+            candidates[axis, i] = candidates[axis, 0]
+    if count > 0:
+        _judge(
+            swing_leg, support_leg, trunk, balance, swing_effort, support_effort,
+            stance, candidates, count, asked, free, com, violations, found,
+        )  # fmt: skip
+    return found[0], found[1], found[2]
+
+
+@inlined
+def _pelvis_over(leg: Leg, stance: Stance, ankle: Vector) -> Vector:
+    """Return where the pelvis origin is when the hip is at the ankle [m]."""
+    c, s = stance.cos_yaw, stance.sin_yaw
+    return (
+        ankle[0] - (c * leg.hip[0] - s * leg.hip[1]),
+        ankle[1] - (s * leg.hip[0] + c * leg.hip[1]),
+        ankle[2] - leg.hip[2],
+    )
+
+
+@inlined
+def _squared_reach(leg: Leg) -> float:
+    """Return the square of the farthest that the hip gets from the ankle [m^2]."""
+    thigh = math.sqrt(leg.thigh[0] * leg.thigh[0] + leg.thigh[2] * leg.thigh[2])
+    shank = math.sqrt(leg.shank[0] * leg.shank[0] + leg.shank[2] * leg.shank[2])
+    straight = thigh + shank + _ROUNDING
+    return straight * straight + leg.shank[1] * leg.shank[1]
+
+
+@inlined
+def _between(low: float, high: float, origin: float, spacing: float) -> tuple[int, int]:
+    """Return the index of a grid's first place at or after ``low``, and that after its last up to ``high``."""
+    first = math.ceil((low - origin - _ROUNDING) / spacing)
+    return first, math.floor((high - origin + _ROUNDING) / spacing) + 1
+
+
+@entry_point
+def _judge(
+    swing_leg: Leg,
+    support_leg: Leg,
+    trunk: Trunk,
+    balance: BalanceParameters,
+    swing_effort: Six,
+    support_effort: Six,
+    stance: Stance,
+    candidates: Array,
+    count: int,
+    asked: Array,
+    free: Array,
+    com: Array,
+    violations: NDArray[np.int64],
+    found: Array,
+) -> None:
+    """Lower what was found by the first ``count`` postures of a block.
+
+    That is the least thrust [N] with which a posture balances, the least with which one does that the servos can
+    hold, and the least share of their torque.
+    """
+    for i in range(_BLOCK):
+        pelvis = (candidates[0, i], candidates[1, i], candidates[2, i])
+        state = posture_at(swing_leg, support_leg, trunk, balance, stance, pelvis)
+        x, y, _ = state.center_of_mass
+        com[0, i], com[1, i], asked[i], violations[i] = x, y, state.thrust, state.violations
+        free[i] = least_thrust(balance.weight, x, y, stance.fan, stance.support, balance.zmp_margin)
+    for i in range(count):
+        pelvis = (candidates[0, i], candidates[1, i], candidates[2, i])
+        for without in (True, False):
+            if without:
+                balances, thrust = (free[i] <= 0.0) & (violations[i] & (REACH | JOINT_LIMITS) == 0), 0.0
+            else:
+                balances, thrust = violations[i] == 0, asked[i]
+            if balances:
+                share = _torque_share(
+                    swing_leg, support_leg, trunk, balance, swing_effort, support_effort,
+                    stance, pelvis, com[0, i], com[1, i], thrust,
+                )  # fmt: skip
+                found[0] = min(found[0], thrust)
+                found[1] = min(found[1], thrust) if share <= 1.0 else found[1]
+                found[2] = min(found[2], share)
+
+
+@entry_point
+def _torque_share(
+    swing_leg: Leg,
+    support_leg: Leg,
+    trunk: Trunk,
+    balance: BalanceParameters,
+    swing_effort: Six,
+    support_effort: Six,
+    stance: Stance,
+    pelvis: Vector,
+    com_x: float,
+    com_y: float,
+    thrust: float,
+) -> float:
+    """Return the largest share of its torque that any joint needs to hold a posture under a thrust [N]."""
+    state = posture_at(swing_leg, support_leg, trunk, balance, stance, pelvis)
+    c, s = stance.cos_yaw, stance.sin_yaw
+    fan_x, fan_y = stance.fan[0] - pelvis[0], stance.fan[1] - pelvis[1]
+    ground = balance.weight - thrust
+    zmp_x = (balance.weight * com_x - thrust * stance.fan[0]) / ground - pelvis[0]  # eqs (1) and (2)
+    zmp_y = (balance.weight * com_y - thrust * stance.fan[1]) / ground - pelvis[1]
+    of_swing = leg_torques(
+        swing_leg, state.swing_cosines, state.swing_sines, thrust, (c * fan_x + s * fan_y, c * fan_y - s * fan_x)
+    )
+    of_support = leg_torques(
+        support_leg, state.support_cosines, state.support_sines, ground,
+        (c * zmp_x + s * zmp_y, c * zmp_y - s * zmp_x),
+    )  # fmt: skip
+    return max(largest_share(of_swing, swing_effort), largest_share(of_support, support_effort))

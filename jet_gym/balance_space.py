@@ -1,0 +1,254 @@
+"""The paper's balance space, Fig. 5: where the swing foot can be while some posture balances the robot.
+
+By exhaustion: for every place of the swing sole on a grid, every place of the pelvis on a grid of the same
+resolution. A posture balances *with* thrust if it meets the constraints (8) to (11) under the thrust model, and
+*without* if it meets (8) with the fan off and the centre of mass above the support sole, the margin away from its
+edge; eq. (10), which bounds how the thrust's line may tilt, says nothing then. The space with thrust contains that
+without. Places where the swing sole would stand on the support sole, seen from above, are left out, as
+:class:`~jet_gym.step.Step` refuses them; whether the legs collide is not looked at.
+
+The same search also asks whether the servos can hold the posture: static joint torques from gravity, thrust and
+the ground's force against the joints' limits of effort, which no paper shows.
+"""
+
+from __future__ import annotations
+
+import math
+import zipfile
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jet_gym.balance import BalanceSettings
+from jet_gym.balance_exhaustion import NEVER, explore_columns
+from jet_gym.errors import SettingsError, require_number
+from jet_gym.files import write_whole_with
+from jet_gym.posture import swing_and_support
+from jet_gym.robot import Robot, Side, Six, Vector, jet_hr1
+from jet_gym.threads import for_each
+from jet_gym.urdf import Array
+
+FORMAT = "jet-gym-balance-space/1"
+FINEST, COARSEST = 0.002, 0.2  # [m]
+DIRECTIONS = ("forward", "sideward", "diagonal")
+_COLUMNS_A_SHARE = 16
+
+
+@dataclass(frozen=True, eq=False)
+class BalanceSpace:
+    """Where some posture balances, and with how little thrust; world frame, the support foot below its hip.
+
+    Attributes:
+        robot: Name of the robot.
+        swing: The swing leg.
+        support: The support sole [m].
+        resolution: Spacing of both grids [m].
+        settings: What counts as balanced.
+        x: Places of the swing sole forward (X,) [m].
+        y: Places to the left (Y,) [m].
+        z: Heights (Z,) [m].
+        thrust: The least thrust (X, Y, Z) [N] with which some posture balances: 0 where it does with the fan off,
+            NaN where none does.
+        thrust_within_torque: The same among the postures whose static torques the servos can hold.
+        torque_share: The least share (X, Y, Z) of the servos' torque with which some posture balances; NaN where
+            none does, above 1 where the servos are too weak for each.
+    """
+
+    robot: str
+    swing: Side
+    support: Vector
+    resolution: float
+    settings: BalanceSettings
+    x: Array
+    y: Array
+    z: Array
+    thrust: Array
+    thrust_within_torque: Array
+    torque_share: Array
+
+    def reachable(self, *, with_thrust: bool, within_torque: bool = False) -> NDArray[np.bool_]:
+        """Return where (X, Y, Z) some posture balances."""
+        thrust = self.thrust_within_torque if within_torque else self.thrust
+        return np.isfinite(thrust) if with_thrust else thrust == 0.0
+
+    def volume(self, *, with_thrust: bool, within_torque: bool = False) -> float:
+        """Return the volume of the balance space [m^3]: a cell of the grid for every place."""
+        reachable = self.reachable(with_thrust=with_thrust, within_torque=within_torque)
+        return float(np.count_nonzero(reachable)) * self.resolution**3
+
+    def reach(self, direction: str, *, with_thrust: bool, within_torque: bool = False) -> float:
+        """Return how far from the support sole the swing sole gets on level ground [m], along a direction.
+
+        Args:
+            direction: ``"forward"``, ``"sideward"`` (to the swing leg's side) or ``"diagonal"`` (between them).
+            with_thrust: With the fan, or without.
+            within_torque: Only with postures that the servos can hold.
+
+        Returns:
+            The farthest along that direction among all places at the support sole's height; NaN if there is none.
+
+        Raises:
+            ValueError: If there is no such direction, or the grid has no place at the support sole's height.
+        """
+        if direction not in DIRECTIONS:
+            raise ValueError(f"direction must be one of {', '.join(DIRECTIONS)}, not {direction!r}")
+        level = np.flatnonzero(np.abs(self.z - self.support[2]) < 1e-9)
+        if len(level) == 0:
+            raise ValueError("the grid has no place at the height of the support sole")
+        reachable = self.reachable(with_thrust=with_thrust, within_torque=within_torque)[:, :, level[0]]
+        if not reachable.any():
+            return math.nan
+        outward = 1.0 if self.swing == "left" else -1.0
+        ahead, aside = self.x - self.support[0], outward * (self.y - self.support[1])
+        along: Array = {
+            "forward": ahead[:, None] + 0.0 * aside,
+            "sideward": 0.0 * ahead[:, None] + aside,
+            "diagonal": (ahead[:, None] + aside) / math.sqrt(2.0),
+        }[direction]
+        return float(along[reachable].max())
+
+    def save(self, path: str | Path) -> None:
+        """Write the space to an npz file, whole or not at all.
+
+        Raises:
+            OSError: If the file cannot be written.
+        """
+        content: dict[str, Any] = {
+            "format": FORMAT,
+            "robot": self.robot,
+            "swing": self.swing,
+            "support": np.array(self.support),
+            "resolution": self.resolution,
+            **{name: value for name, value in asdict(self.settings).items() if value is not None},
+            **{name: getattr(self, name) for name in _ARRAYS},
+        }
+        write_whole_with(path, lambda temporary: np.savez_compressed(temporary, **content))
+
+    @classmethod
+    def load(cls, path: str | Path) -> BalanceSpace:
+        """Read a space from the npz file that :meth:`save` wrote.
+
+        Raises:
+            ValueError: If the file is of another format or damaged.
+            OSError: If it cannot be read.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                data = {name: file[name] for name in file.files}
+        except (zipfile.BadZipFile, ValueError, EOFError) as error:
+            raise ValueError(f"{path}: it is not an npz file, or damaged") from error
+        if str(data.get("format")) != FORMAT:
+            raise ValueError(f"{path}: its format must be {FORMAT!r}, not {str(data.get('format'))!r}")
+        x, y, z = (float(value) for value in data["support"])
+        settings = BalanceSettings(
+            thrust_model="least" if str(data["thrust_model"]) == "least" else "assigned",
+            zmp_margin=float(data["zmp_margin"]),
+            edge_tolerance=float(data["edge_tolerance"]),
+            max_thrust=float(data["max_thrust"]),
+        )
+        return cls(
+            robot=str(data["robot"]),
+            swing="left" if str(data["swing"]) == "left" else "right",
+            support=(x, y, z),
+            resolution=float(data["resolution"]),
+            settings=settings,
+            **{name: data[name] for name in _ARRAYS},
+        )
+
+
+_ARRAYS = ("x", "y", "z", "thrust", "thrust_within_torque", "torque_share")
+
+
+def compute_balance_space(
+    resolution: float = 0.02,
+    settings: BalanceSettings | None = None,
+    *,
+    robot: Robot | None = None,
+    swing: Side = "left",
+    lowest: float = 0.0,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> BalanceSpace:
+    """Find the balance space by exhaustion; the work grows with the sixth power of 1/resolution.
+
+    Both grids are multiples of the resolution from the support sole, and the pelvis is nowhere below either sole.
+
+    Args:
+        resolution: Spacing of the swing sole's places and of the pelvis' [m].
+        settings: What counts as balanced; the defaults where omitted.
+        robot: The robot; Jet-HR1 where omitted.
+        swing: The swing leg.
+        lowest: Lowest height of the swing sole above the support sole [m].
+        threads: Number of threads; as many as there are cores where omitted.
+        progress: Called with how many of how many shares of the work are done.
+
+    Raises:
+        SettingsError: A ``ValueError``, if a number is outside of what is allowed.
+    """
+    for name, value in (("resolution", resolution), ("lowest", lowest)):
+        require_number(name, value)
+    if not FINEST <= resolution <= COARSEST:
+        raise SettingsError(f"resolution must lie between {FINEST} and {COARSEST} m, not {resolution}")
+    if not -2.0 <= lowest <= 2.0:
+        raise SettingsError(f"lowest must lie between -2 and 2 m, not {lowest}")
+    robot = robot or jet_hr1()
+    settings = settings or BalanceSettings()
+    balance = settings.parameters(robot)
+    swing_leg, support_leg, side = swing_and_support(robot, swing)
+    support: Vector = (support_leg.hip[0], support_leg.hip[1], 0.0)
+    x, y, z = _places(robot, support, resolution, lowest)
+    places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    apart = np.flatnonzero(~_overlap(robot, swing, places - support[:2]))
+    thrust, held, share = (np.full((len(places), len(z)), NEVER) for _ in range(3))
+    left_effort, right_effort = _six(robot.effort[:6]), _six(robot.effort[6:])
+    efforts = (left_effort, right_effort) if swing == "left" else (right_effort, left_effort)
+
+    def explore(rows: NDArray[np.int64]) -> None:
+        found, found_held, found_share = (np.empty((len(rows), len(z))) for _ in range(3))
+        explore_columns(
+            swing_leg, support_leg, robot.trunk, side, balance, *efforts, support, resolution,
+            np.ascontiguousarray(places[rows]), z, found, found_held, found_share,
+        )  # fmt: skip
+        thrust[rows], held[rows], share[rows] = found, found_held, found_share
+
+    shares = [apart[first : first + _COLUMNS_A_SHARE] for first in range(0, len(apart), _COLUMNS_A_SHARE)]
+    for_each(explore, shares, threads, progress)
+    shape = (len(x), len(y), len(z))
+    return BalanceSpace(
+        robot.name, swing, support, resolution, replace(settings, max_thrust=balance.max_thrust), x, y, z,
+        *(np.where(values < NEVER, values, math.nan).reshape(shape) for values in (thrust, held, share)),
+    )  # fmt: skip
+
+
+def _places(robot: Robot, support: Vector, resolution: float, lowest: float) -> tuple[Array, Array, Array]:
+    """Return the grid of the swing sole: all that two stretched legs can span from the support sole."""
+    span = sum(math.hypot(*leg.thigh) + math.hypot(*leg.shank) for leg in (robot.left, robot.right))
+    hips = math.dist(robot.left.hip, robot.right.hip)
+    feet = sum(math.hypot(*leg.sole) for leg in (robot.left, robot.right))
+    beyond = math.ceil((span + hips) / resolution)
+    line = np.array(range(-beyond, beyond + 1)) * resolution
+    heights = resolution * np.array(
+        range(math.ceil(lowest / resolution - 1e-9), math.ceil((span + feet) / resolution) + 1)
+    )
+    return support[0] + line, support[1] + line, support[2] + heights
+
+
+def _overlap(robot: Robot, swing: Side, away: Array) -> NDArray[np.bool_]:
+    """Tell where the swing sole, ``away`` (N, 2) [m] from the support sole, would stand on it."""
+    swing_leg, support_leg, _ = swing_and_support(robot, swing)
+    overlaps = np.ones(len(away), dtype=np.bool_)
+    for axis in range(2):
+        a_low, a_high = swing_leg.sole_rectangle[2 * axis : 2 * axis + 2]
+        b_low, b_high = support_leg.sole_rectangle[2 * axis : 2 * axis + 2]
+        shared = np.minimum(away[:, axis] + a_high, b_high) - np.maximum(away[:, axis] + a_low, b_low)
+        overlaps &= shared > 1e-9
+    return overlaps
+
+
+def _six(values: Array) -> Six:
+    a, b, c, d, e, f = (float(value) for value in values)
+    return a, b, c, d, e, f

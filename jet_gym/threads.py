@@ -1,0 +1,43 @@
+"""Work that is divided among threads: compiled code lets go of Python's lock."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from typing import TypeVar
+
+Share = TypeVar("Share")
+
+
+def available_cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def for_each(
+    work: Callable[[Share], object],
+    shares: Iterable[Share],
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> None:
+    """Do work on shares in any order, as many at a time as there are threads.
+
+    Args:
+        work: What is done with a share; it spends its time in compiled code.
+        shares: The shares, each so small that Ctrl-C, which lets those under way finish, is not kept waiting.
+        threads: Number of threads; as many as there are cores where omitted.
+        progress: Called with how many of how many shares are done.
+
+    Raises:
+        Exception: The first that a share raises; shares that have not begun then never do.
+    """
+    pool = ThreadPoolExecutor(threads or available_cores(), thread_name_prefix="jet_gym")
+    try:
+        futures = [pool.submit(work, share) for share in shares]
+        for done, future in enumerate(as_completed(futures), start=1):
+            future.result()
+            if progress is not None:
+                progress(done, len(futures))
+    finally:
+        pool.shutdown(cancel_futures=True)
