@@ -42,7 +42,7 @@ pictures: .venv/base.installed  ## the pictures of README and docs
 
 .venv/full.installed: pyproject.toml constraints.txt | .venv/bin/python
 	@echo "Installing jet_gym with everything into .venv ..."
-	@$(PIP) --editable ".[train,bench,dev]"
+	@$(PIP) --editable ".[train,bench,studio,dev]"
 	@touch $@ .venv/base.installed
 
 .venv/bin/python:

@@ -7,7 +7,7 @@ A step that is feasible at each of its points can still have no smooth path; tha
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,11 +78,24 @@ def require_feasible(
     """
     findings = diagnose(step, settings, points)
     if findings:
-        worst = min(findings, key=lambda finding: (_ORDER.index(finding.constraint), -finding.shortfall))
-        others = f"; {len(findings)} swing points cannot be made" if len(findings) > 1 else ""
-        raise InfeasibleStepError(
-            f"no posture makes swing point {worst.point} (of 0 to {step.points - 1}): {worst.detail}{others}"
-        )
+        raise InfeasibleStepError(infeasibility_sentence(step, findings)[0])
+
+
+def infeasibility_sentence(step: Step, findings: Sequence[Infeasibility]) -> tuple[str, Infeasibility]:
+    """Tell in one sentence what makes a step infeasible.
+
+    Args:
+        step: The step.
+        findings: What :func:`diagnose` found, one at least.
+
+    Returns:
+        The sentence, which names the worst swing point, the constraint, and by how much it is missed; and the
+        finding at that point.
+    """
+    worst = min(findings, key=lambda finding: (_ORDER.index(finding.constraint), -finding.shortfall))
+    others = f"; {len(findings)} swing points cannot be made" if len(findings) > 1 else ""
+    where = f"swing point {worst.point} (of 0 to {step.points - 1})"
+    return f"no posture makes {where}: {worst.detail}{others}", worst
 
 
 def _diagnose_point(step: Step, point: int, sole: Array, settings: BalanceSettings) -> Infeasibility | None:

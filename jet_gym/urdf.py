@@ -193,7 +193,7 @@ def _attribute(element: ElementTree.Element | None, key: str, default: float, ow
     return default if text is None else _numbers(text, (0.0,), f"{owner} {key}")[0]
 
 
-def _pose(element: ElementTree.Element | None, owner: str) -> Array:
+def read_pose(element: ElementTree.Element | None, owner: str) -> Array:
     """Return the homogeneous transform of an <origin> element; the identity where there is none."""
     pose = np.eye(4)
     if element is not None:
@@ -212,7 +212,7 @@ def _read_link(element: ElementTree.Element) -> Link:
         mass = _attribute(inertial.find("mass"), "value", 0.0, f"{owner} mass")
         if mass < 0.0:
             raise RobotError(f"{owner}: its mass of {mass} kg is negative")
-        pose = _pose(inertial.find("origin"), owner)
+        pose = read_pose(inertial.find("origin"), owner)
         tensor = inertial.find("inertia")
         ixx, iyy, izz, ixy, ixz, iyz = (
             _attribute(tensor, key, 0.0, owner) for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -224,7 +224,7 @@ def _read_link(element: ElementTree.Element) -> Link:
 
 
 def _read_shape(element: ElementTree.Element, owner: str) -> Shape | None:
-    pose = _pose(element.find("origin"), owner)
+    pose = read_pose(element.find("origin"), owner)
     geometry = element.find("geometry")
     shape = None if geometry is None else next(iter(geometry), None)
     if shape is None or shape.tag not in ("box", "cylinder", "sphere"):
@@ -258,7 +258,7 @@ def _read_joint(element: ElementTree.Element) -> Joint:
         kind=element.get("type", ""),
         parent=parent.get("link", ""),
         child=child.get("link", ""),
-        origin=_pose(element.find("origin"), owner),
+        origin=read_pose(element.find("origin"), owner),
         axis=axis / length,
         lower=-math.inf if unlimited else _attribute(limit, "lower", 0.0, owner),
         upper=math.inf if unlimited else _attribute(limit, "upper", 0.0, owner),

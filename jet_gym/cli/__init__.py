@@ -12,6 +12,7 @@ from jet_gym.cli.balance_space import balance_space_command
 from jet_gym.cli.plan import plan_command
 from jet_gym.cli.simulate import simulate_command
 from jet_gym.cli.studies import claims_command, sweep_command
+from jet_gym.cli.studio import studio_command
 from jet_gym.errors import JetGymError
 
 BAD_INPUT = 2
@@ -27,7 +28,14 @@ def cli() -> None:
     """
 
 
-for command in (plan_command, simulate_command, balance_space_command, sweep_command, claims_command):
+for command in (
+    plan_command,
+    simulate_command,
+    balance_space_command,
+    sweep_command,
+    claims_command,
+    studio_command,
+):
     cli.add_command(command)
 
 

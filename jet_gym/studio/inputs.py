@@ -1,0 +1,148 @@
+"""What one page asks for: the step, who plans it, and by which settings."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from jet_gym.balance import BalanceSettings, ThrustModel
+from jet_gym.courses import PAPER
+from jet_gym.fitness import FitnessSettings
+from jet_gym.robot import Robot, Side, Vector, jet_hr1
+from jet_gym.step import Step
+
+FEET = ("start", "landing", "support")
+"""What can be dragged: where the swing foot leaves, where it lands, where the other foot stands."""
+
+MOTIONS = ("forward", "side")
+"""The paper's motions that a page can begin with."""
+
+MOTION_POINTS = {"forward": 60, "side": 30}
+"""Swing points of a motion on the page: fewer than the paper's course has, so that a drag is followed at once."""
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Everything that a plan depends on.
+
+    Nothing is checked here, because a person who drags a block passes through steps that make no sense:
+    :meth:`step` and :meth:`balance` refuse them.
+
+    Attributes:
+        swing: The leg that swings.
+        start: Where the swing sole leaves (x, y, z) [m].
+        landing: Where it lands [m].
+        support: Where the other sole stands [m].
+        apex: Height of the swing path above its chord [m].
+        points: Number of swing points.
+        duration: Time from the first to the last swing point [s].
+        planner: Name of the planner.
+        rival: Name of the planner that is drawn as a ghost, or ``None``.
+        seed: Seed of both.
+        thrust_model: ``"assigned"`` or ``"least"``.
+        smoothness_weight: omega of eq. (18) [1/m^2].
+        zmp_margin: Distance that planning keeps between ZMP and the sole's edge [m].
+        max_thrust: Largest thrust [N]; the robot's own where ``None``.
+        edge_tolerance: rho of eq. (10) [rad].
+        robot: The robot.
+    """
+
+    swing: Side
+    start: Vector
+    landing: Vector
+    support: Vector
+    apex: float = 0.08
+    points: int = 30
+    duration: float = 10.0
+    planner: str = "gas"
+    rival: str | None = None
+    seed: int = 0
+    thrust_model: ThrustModel = "assigned"
+    smoothness_weight: float = FitnessSettings.smoothness_weight
+    zmp_margin: float = BalanceSettings.zmp_margin
+    max_thrust: float | None = None
+    edge_tolerance: float = math.radians(5.0)
+    robot: Robot | None = None
+
+    @classmethod
+    def of_motion(cls, name: str) -> Inputs:
+        """Return one of the paper's motions, ``"forward"`` or ``"side"``, with every setting at its default."""
+        return cls(**_fields_of(replace(PAPER[name], points=MOTION_POINTS[name])))
+
+    def with_step(self, step: Step) -> Inputs:
+        """Return the same settings for another step."""
+        return replace(self, **_fields_of(step))
+
+    def moved(self, foot: str, position: Vector) -> Inputs:
+        """Return the same inputs with one foot elsewhere.
+
+        Args:
+            foot: One of :data:`FEET`.
+            position: Where to (x, y, z) [m].
+        """
+        if foot not in FEET:
+            raise ValueError(f"a foot is one of {', '.join(FEET)}, not {foot!r}")
+        x, y, z = (float(value) for value in position)
+        return {
+            "start": replace(self, start=(x, y, z)),
+            "landing": replace(self, landing=(x, y, z)),
+            "support": replace(self, support=(x, y, z)),
+        }[foot]
+
+    def position(self, foot: str) -> Vector:
+        """Return where a foot of :data:`FEET` is [m]."""
+        return {"start": self.start, "landing": self.landing, "support": self.support}[foot]
+
+    @property
+    def step(self) -> Step:
+        """The step.
+
+        Raises:
+            StepError: If it makes no sense.
+        """
+        return Step(
+            swing=self.swing,
+            start=self.start,
+            landing=self.landing,
+            support=self.support,
+            apex=self.apex,
+            points=self.points,
+            duration=self.duration,
+            robot=self.robot or jet_hr1(),
+        )
+
+    @property
+    def balance(self) -> BalanceSettings:
+        """What counts as balanced.
+
+        Raises:
+            SettingsError: If a setting is outside of what is allowed.
+        """
+        return BalanceSettings(
+            thrust_model=self.thrust_model,
+            zmp_margin=self.zmp_margin,
+            edge_tolerance=self.edge_tolerance,
+            max_thrust=self.max_thrust,
+        )
+
+    @property
+    def fitness(self) -> FitnessSettings:
+        """Weights and penalties.
+
+        Raises:
+            SettingsError: If the weight is outside of what is allowed.
+        """
+        return FitnessSettings(smoothness_weight=self.smoothness_weight)
+
+
+def _fields_of(step: Step) -> dict[str, object]:
+    return {
+        "swing": step.swing,
+        "start": step.start,
+        "landing": step.landing,
+        "support": step.support,
+        "apex": step.apex,
+        "points": step.points,
+        "duration": step.duration,
+        "robot": step.robot,
+    }

@@ -1,0 +1,133 @@
+"""From what a page asks for to a plan, and to the sentence that says what became of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from agents.planner import make_planner
+from jet_gym.errors import JetGymError
+from jet_gym.feasibility import Infeasibility, diagnose, infeasibility_sentence
+from jet_gym.plan import Plan
+from jet_gym.studio.inputs import Inputs
+from jet_gym.studio.worker import Stale
+
+Kind = Literal["holds", "violated", "infeasible", "refused"]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a person is told about a step.
+
+    Attributes:
+        kind: ``"holds"`` if the plan meets every constraint; ``"violated"`` if it does not, though for all that
+            is known a posture exists; ``"infeasible"`` if no posture exists; ``"refused"`` if the step or
+            a setting makes no sense.
+        sentence: It in one sentence; with the swing point and the constraint, where one fails.
+        point: The swing point that fails, if one does.
+    """
+
+    kind: Kind
+    sentence: str
+    point: int | None = None
+
+
+class _StaleError(Exception):
+    """A newer job has arrived."""
+
+
+def plan_with(planner: str, inputs: Inputs, stale: Stale) -> Plan | None:
+    """Plan a step; give up, returning ``None``, as soon as it is stale.
+
+    Args:
+        planner: Name of the planner.
+        inputs: What is asked for.
+        stale: Whether it still is.
+
+    Raises:
+        JetGymError: If the step or a setting makes no sense, or the planner cannot be loaded.
+    """
+
+    def give_up_if_stale(_done: int, _points: int) -> None:
+        if stale():
+            raise _StaleError
+
+    agent = make_planner(planner, balance=inputs.balance, fitness=inputs.fitness)
+    try:
+        return agent.plan(inputs.step, seed=inputs.seed, progress=give_up_if_stale)
+    except _StaleError:
+        return None
+
+
+def judge(plan: Plan, inputs: Inputs) -> Verdict:
+    """Say whether a plan meets every constraint, and where and which it violates otherwise."""
+    name, last = plan.planner, plan.step.points - 1
+    points = plan.violated_points
+    limit = inputs.balance.parameters(plan.step.robot).max_thrust
+    if not points:
+        return Verdict(
+            "holds",
+            f"{name}: every constraint holds at all {last + 1} swing points; "
+            f"thrust up to {plan.thrust.max():.1f} N of {limit:.3g} N.",
+        )
+    worst = _suspects(plan)[0]
+    names = ", ".join(name.replace("_", " ") for name in plan.violations[worst])
+    others = f"; {len(points)} points violate a constraint" if len(points) > 1 else ""
+    return Verdict("violated", f"{name} violates {names} at swing point {worst} (of 0 to {last}){others}.", worst)
+
+
+def explain(plan: Plan, inputs: Inputs, stale: Stale) -> Verdict | None:
+    """Say why a plan that violates constraints does: because no posture exists, or because it missed one.
+
+    One swing point is always looked at, which takes some 50 ms, so that a person who keeps dragging is told, too.
+
+    Args:
+        plan: The plan.
+        inputs: What it was made from.
+        stale: Whether a newer job has arrived; then the other points are left out.
+
+    Returns:
+        The verdict; ``None`` if a newer job came before anything was found.
+    """
+    findings: list[Infeasibility] = []
+    for point in _suspects(plan):
+        findings += diagnose(plan.step, inputs.balance, [point])
+        if stale():
+            break
+    else:
+        if not findings:
+            return missed(plan)
+    return infeasible(plan, findings) if findings else None
+
+
+def infeasible(plan: Plan, findings: Sequence[Infeasibility]) -> Verdict:
+    """Say that no posture makes some swing points of a plan's step."""
+    sentence, worst = infeasibility_sentence(plan.step, findings)
+    return Verdict("infeasible", sentence[0].upper() + sentence[1:] + ".", worst.point)
+
+
+def missed(plan: Plan) -> Verdict:
+    """Say that a planner violates constraints where every swing point has a posture that meets them."""
+    worst = _suspects(plan)[0]
+    names = ", ".join(name.replace("_", " ") for name in plan.violations[worst])
+    return Verdict(
+        "violated",
+        f"{plan.planner} violates {names} at swing point {worst} (of 0 to {plan.step.points - 1}), though a posture "
+        "exists there: more swing points or another planner may find it.",
+        worst,
+    )
+
+
+def refused(error: JetGymError | ValueError) -> Verdict:
+    """Say why a step or a setting makes no sense."""
+    sentence = str(error)
+    return Verdict("refused", sentence[:1].upper() + sentence[1:] + ".")
+
+
+def _suspects(plan: Plan) -> list[int]:
+    """Return the swing points that a plan violates, the ones most likely impossible first.
+
+    Those are where a sole is out of reach, and of the others the ones nearest to the landing.
+    """
+    return sorted(plan.violated_points, key=lambda k: ("reach" not in plan.violations[k], -k))

@@ -1,0 +1,248 @@
+"""Live plots along the step, with a line at the moment that is shown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from jet_gym.figures.style import ACHIEVED_COLOR, GRID, INK, LIMIT_COLOR, THRUST_COLOR, planner_styles
+from jet_gym.studio.curves import fitness_terms, zmp_margin
+from jet_gym.urdf import Array
+
+if TYPE_CHECKING:
+    from viser import GuiApi, GuiTabHandle, GuiUplotHandle
+
+    from jet_gym.plan import Plan
+    from jet_gym.studio.inputs import Inputs
+    from jet_gym.studio.simulated import Simulated
+
+_AXIS_COLORS = ("#D55E00", "#009E73", "#0072B2")  # x, y, z
+_HEIGHT = 84  # [px]
+_INSTANT = 1e-6  # [s] between the two ends of the cursor's line
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One line of a plot.
+
+    Attributes:
+        label: What it is.
+        color: Its colour.
+        dashed: Whether it is dashed, as a rival's lines and limits are.
+        width: Its width [px].
+    """
+
+    label: str
+    color: str
+    dashed: bool = False
+    width: float = 1.8
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Values of one curve over time.
+
+    Attributes:
+        curve: The curve.
+        time: Times (N,) [s].
+        values: Values (N,).
+    """
+
+    curve: Curve
+    time: Array
+    values: Array
+
+
+class Plots:
+    """Thrust, pelvis, edge angle, ZMP margin and fitness terms along the step.
+
+    Args:
+        gui: Where they are drawn.
+        tab: The tab that they are drawn in.
+    """
+
+    def __init__(self, gui: GuiApi, tab: GuiTabHandle) -> None:
+        titles = (
+            ("Thrust", "N"),
+            ("Pelvis from its first place", "mm"),
+            ("Edge angle", "deg"),
+            ("ZMP inside the sole by", "mm"),
+            ("Fitness terms", ""),
+        )
+        self._plots = [_Plot(gui, tab, 2.0 * number, *title) for number, title in enumerate(titles)]
+
+    def show(self, inputs: Inputs, plan: Plan, rival: Plan | None, simulated: Simulated | None) -> None:
+        """Draw the curves of a plan, of a rival's and of a simulated motion where there are."""
+        chosen = [
+            _thrust(inputs, plan, rival, simulated),
+            _pelvis(plan, rival, simulated),
+            _edge_angle(inputs, plan, rival),
+            _margin(inputs, plan, rival, simulated),
+            _fitness(inputs, plan, rival),
+        ]
+        for plot, samples in zip(self._plots, chosen, strict=True):
+            plot.show(samples)
+
+    def point_at(self, time: float) -> None:
+        """Move the cursor's line to a time [s]."""
+        for plot in self._plots:
+            plot.point_at(time)
+
+
+class _Plot:
+    """One plot under a line of HTML that names its curves in their colours."""
+
+    def __init__(self, gui: GuiApi, tab: GuiTabHandle, order: float, title: str, unit: str) -> None:
+        self._gui, self._tab, self._order = gui, tab, order
+        self._title, self._unit = title, unit
+        with tab:
+            self._heading = gui.add_html("", order=order)
+        self._handle: GuiUplotHandle | None = None
+        self._curves: tuple[Curve, ...] = ()
+        self._time = np.zeros(2)
+        self._values: list[Array] = []
+        self._at = 0.0
+
+    def show(self, samples: Sequence[Samples]) -> None:
+        self._time = np.unique(np.concatenate([sample.time for sample in samples]))
+        self._values = [
+            np.interp(self._time, sample.time, sample.values, left=np.nan, right=np.nan) for sample in samples
+        ]
+        curves = tuple(sample.curve for sample in samples)
+        if curves == self._curves and self._handle is not None:
+            self._handle.data = self._data()
+            return
+        self._curves = curves
+        self._heading.content = _heading(self._title, self._unit, curves)
+        if self._handle is not None:  # one with as many curves as data takes its place
+            self._handle.remove()
+        with self._tab:
+            self._handle = self._gui.add_uplot(
+                self._data(),
+                _series(curves),
+                axes=_axes(),
+                scales={"x": {"time": False}, "cursor": {"range": (0.0, 1.0)}},
+                legend={"show": False},
+                cursor={"drag": {"x": False, "y": False}},
+                height=_HEIGHT,
+                padding=(6, 8, 0, 0),
+                order=self._order + 1.0,
+            )
+
+    def point_at(self, time: float) -> None:
+        self._at = time
+        if self._handle is not None:
+            self._handle.data = self._data()
+
+    def _data(self) -> tuple[Array, ...]:
+        """Return the curves with two moments more, between which the cursor's line stands upright."""
+        at = min(max(self._at, float(self._time[0])), float(self._time[-1]))
+        instants = np.array([at, at + _INSTANT])
+        where = np.searchsorted(self._time, instants)
+        time = np.insert(self._time, where, instants)
+        columns = [np.insert(v, where, np.interp(instants, self._time, v)) for v in self._values]
+        cursor = np.full(len(time), np.nan)
+        cursor[where + np.arange(2)] = 0.0, 1.0
+        return (time, *columns, cursor)
+
+
+def _heading(title: str, unit: str, curves: Sequence[Curve]) -> str:
+    names = " ".join(
+        f'<span style="color:{curve.color};white-space:nowrap">{"╌" if curve.dashed else "━"}&thinsp;{curve.label}</span>'
+        for curve in curves
+        if curve.label
+    )
+    unit = f' <span style="color:#777">[{unit}]</span>' if unit else ""
+    return f'<div style="font-size:12px;line-height:1.25;padding:4px 12px 0"><b>{title}</b>{unit} &nbsp;{names}</div>'
+
+
+def _series(curves: Sequence[Curve]) -> tuple[Any, ...]:
+    lines = tuple(
+        {
+            "label": curve.label or "limit",
+            "stroke": curve.color,
+            "width": curve.width,
+            "points": {"show": False},
+            **({"dash": (5.0, 4.0)} if curve.dashed else {}),
+        }
+        for curve in curves
+    )
+    cursor = {"label": "shown", "stroke": INK, "width": 1.2, "scale": "cursor", "points": {"show": False}}
+    return ({"label": "time"}, *lines, cursor)
+
+
+def _axes() -> tuple[Any, ...]:
+    quiet = {"stroke": "#555", "grid": {"stroke": GRID, "width": 1.0}, "font": "10px sans-serif"}
+    ticks = {"show": False}
+    return ({**quiet, "ticks": ticks, "size": 20.0, "gap": 2.0}, {**quiet, "ticks": ticks, "size": 40.0, "gap": 4.0})
+
+
+def _of_planner(plan: Plan, label: str = "", color: str = "", rival: bool = False) -> Curve:
+    look = planner_styles([plan.planner])[plan.planner]
+    return Curve(label or look.label, color or look.color, dashed=rival)
+
+
+def _level(plan: Plan, value: float, label: str = "") -> Samples:
+    ends = plan.time[[0, -1]]
+    return Samples(Curve(label, LIMIT_COLOR, dashed=True, width=1.0), ends, np.full(2, value))
+
+
+def _thrust(inputs: Inputs, plan: Plan, rival: Plan | None, simulated: Simulated | None) -> list[Samples]:
+    limit = inputs.balance.parameters(plan.step.robot).max_thrust
+    samples = [Samples(_of_planner(plan), plan.time, plan.thrust), _level(plan, limit, "F max")]
+    if rival is not None:
+        samples.append(Samples(_of_planner(rival, rival=True), rival.time, rival.thrust))
+    if simulated is not None:
+        samples.append(Samples(Curve("measured", THRUST_COLOR, width=1.2), simulated.time, simulated.thrust))
+    return samples
+
+
+def _pelvis(plan: Plan, rival: Plan | None, simulated: Simulated | None) -> list[Samples]:
+    samples = []
+    for axis, color in enumerate(_AXIS_COLORS):
+        name = "xyz"[axis]
+        moved = 1e3 * (plan.pelvis[:, axis] - plan.pelvis[0, axis])
+        samples.append(Samples(Curve(name, color), plan.time, moved))
+        if rival is not None:
+            moved = 1e3 * (rival.pelvis[:, axis] - plan.pelvis[0, axis])
+            samples.append(Samples(Curve("", color, dashed=True, width=1.2), rival.time, moved))
+        if simulated is not None:
+            moved = 1e3 * (simulated.pelvis[:, axis] - plan.pelvis[0, axis])
+            samples.append(Samples(Curve("", color, width=0.8), simulated.time, moved))
+    return samples
+
+
+def _edge_angle(inputs: Inputs, plan: Plan, rival: Plan | None) -> list[Samples]:
+    limit = float(np.degrees(inputs.edge_tolerance))
+    samples = [Samples(_of_planner(plan), plan.time, np.degrees(plan.edge_angle))]
+    if rival is not None:
+        samples.append(Samples(_of_planner(rival, rival=True), rival.time, np.degrees(rival.edge_angle)))
+    return [*samples, _level(plan, limit, "± rho"), _level(plan, -limit)]
+
+
+def _margin(inputs: Inputs, plan: Plan, rival: Plan | None, simulated: Simulated | None) -> list[Samples]:
+    samples = [Samples(_of_planner(plan), plan.time, 1e3 * zmp_margin(plan.step, plan.zmp))]
+    if rival is not None:
+        margin = 1e3 * zmp_margin(rival.step, rival.zmp)
+        samples.append(Samples(_of_planner(rival, rival=True), rival.time, margin))
+    if simulated is not None:
+        samples.append(Samples(Curve("measured", ACHIEVED_COLOR, width=1.2), simulated.time, 1e3 * simulated.zmp_margin))
+    return [*samples, _level(plan, 0.0, "edge")]
+
+
+def _fitness(inputs: Inputs, plan: Plan, rival: Plan | None) -> list[Samples]:
+    terms = fitness_terms(plan, inputs.fitness)
+    penalties = terms[:, 0] + terms[:, 1]
+    samples = [
+        Samples(Curve("f4 thrust", THRUST_COLOR), plan.time, terms[:, 3]),
+        Samples(Curve("f3 smoothness", "#0072B2"), plan.time, terms[:, 2]),
+    ]
+    if penalties.any():
+        samples.append(Samples(Curve("f1 + f2", LIMIT_COLOR), plan.time, penalties))
+    if rival is not None:
+        look = planner_styles([rival.planner])[rival.planner]
+        samples.append(Samples(Curve(f"{look.label}, sum", look.color, dashed=True), rival.time, rival.fitness))
+    return samples

@@ -1,0 +1,53 @@
+"""The comparison table for the one step of the page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+from agents.summary import summarize
+from jet_gym.figures.style import planner_styles
+from jet_gym.plan import Plan
+
+_HEADINGS = (
+    ("planner", ""),
+    ("mean<br>thrust", "N"),
+    ("peak<br>thrust", "N"),
+    ("pelvis<br>rough.", "mm"),
+    ("thrust<br>rough.", "N"),
+    ("total<br>fitness", ""),
+    ("viol.<br>points", ""),
+    ("a<br>point", "µs"),
+)
+
+
+def comparison_table(plans: Sequence[Plan]) -> str:
+    """Return the figures by which plans of one step are compared, as HTML; roughness as ``jet-gym compare`` has it."""
+    styles = planner_styles(plan.planner for plan in plans)
+    heads = "".join(
+        f'<th style="text-align:right;padding:2px 3px;vertical-align:bottom;font-weight:600">{name}'
+        f'<br><span style="color:#888;font-weight:400">{unit}</span></th>'
+        for name, unit in _HEADINGS
+    )
+    rows = []
+    for plan in plans:
+        s = summarize([plan])
+        look = styles[plan.planner]
+        cells = (
+            f"{s.mean_thrust.mean:.2f}",
+            f"{s.peak_thrust.mean:.2f}",
+            f"{1e3 * s.pelvis_roughness.mean:.2f}",
+            f"{s.thrust_roughness.mean:.2f}",
+            f"{s.total_fitness.mean:,.0f}",
+            f"{s.violated_points.mean:.0f}",
+            f"{1e3 * s.milliseconds_per_point.mean:,.0f}",
+        )
+        name = f'<td style="padding:2px 3px;color:{look.color};font-weight:600">{escape(look.label)}</td>'
+        rows.append(
+            f"<tr>{name}" + "".join(f'<td style="text-align:right;padding:2px 3px">{c}</td>' for c in cells) + "</tr>"
+        )
+    return (
+        '<table style="width:100%;border-collapse:collapse;font-size:11px;line-height:1.2;'
+        f'font-variant-numeric:tabular-nums"><tr style="border-bottom:1px solid #ddd">{heads}</tr>{"".join(rows)}'
+        "</table>"
+    )
