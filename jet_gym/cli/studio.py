@@ -8,7 +8,9 @@ import click
 
 
 @click.command("studio", short_help="Drag a step in the browser, watch it planned.")
-@click.option("--port", type=click.IntRange(0, 65535), default=8080, show_default=True, help="Port; 0 for any free.")
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=8080, show_default=True, help="Port; 0 for any free."
+)
 @click.option(
     "--host", default="127.0.0.1", show_default=True,
     help="Address to listen at; 0.0.0.0 lets other machines in.",

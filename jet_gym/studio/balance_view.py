@@ -45,10 +45,18 @@ class BalanceView:
         self._roots = roots
         no_line = np.zeros((4, 2, 3))
         self._sole = scene.add_line_segments(
-            f"{roots['support and ZMP'].name}/sole", no_line, rgb(LEG_COLORS["left"]), thickness=3.0, thickness_units="screen"
+            f"{roots['support and ZMP'].name}/sole",
+            no_line,
+            rgb(LEG_COLORS["left"]),
+            thickness=3.0,
+            thickness_units="screen",
         )
         self._margin = scene.add_line_segments(
-            f"{roots['support and ZMP'].name}/margin", no_line, rgb(LEG_COLORS["left"]), thickness=1.5, thickness_units="screen"
+            f"{roots['support and ZMP'].name}/margin",
+            no_line,
+            rgb(LEG_COLORS["left"]),
+            thickness=1.5,
+            thickness_units="screen",
         )
         self._corridor = scene.add_mesh_simple(
             f"{roots['edge polygon'].name}/corridor",
@@ -60,15 +68,23 @@ class BalanceView:
             cast_shadow=False,
             receive_shadow=False,
         )
-        self._com = scene.add_icosphere(f"{roots['centre of mass'].name}/com", radius=0.013, color=rgb(INK), cast_shadow=False)
+        self._com = scene.add_icosphere(
+            f"{roots['centre of mass'].name}/com", radius=0.013, color=rgb(INK), cast_shadow=False
+        )
         self._plumb = scene.add_line_segments(
             f"{roots['centre of mass'].name}/plumb", no_line[:1], rgb(INK), thickness=1.5, thickness_units="screen"
         )
         ring = annulus(r_min=0.009, r_max=0.0135, height=0.003, sections=32)
         self._assigned = scene.add_mesh_simple(
-            f"{roots['support and ZMP'].name}/assigned_zmp", ring.vertices, ring.faces, color=_ASSIGNED_COLOR, cast_shadow=False
+            f"{roots['support and ZMP'].name}/assigned_zmp",
+            ring.vertices,
+            ring.faces,
+            color=_ASSIGNED_COLOR,
+            cast_shadow=False,
         )
-        self._zmp = scene.add_icosphere(f"{roots['support and ZMP'].name}/zmp", radius=0.0085, color=rgb(ACHIEVED_COLOR), cast_shadow=False)
+        self._zmp = scene.add_icosphere(
+            f"{roots['support and ZMP'].name}/zmp", radius=0.0085, color=rgb(ACHIEVED_COLOR), cast_shadow=False
+        )
         self._arrow = scene.add_arrows(
             f"{roots['thrust'].name}/arrow",
             np.array([[[0.0, 0.0, 0.0], [0.0, 0.0, 0.1]]]),

@@ -47,7 +47,9 @@ class GroundView:
         self._camera_position = camera_position
         self._dragged = dragged
         self._soles: dict[str, Array] = {foot: np.zeros(3) for foot in FEET}
-        self._grab: tuple[Array, Array] | None = None  # where a drag began: the sole, and the point under the pointer
+        self._grab: tuple[Array, Array] | None = (
+            None  # where a drag began: the sole, and the point under the pointer
+        )
         self._boxes: dict[str, BoxHandle] = {}
         self._tapes: dict[str, BoxHandle] = {}
         self._labels: dict[str, LabelHandle] = {}
@@ -71,7 +73,9 @@ class GroundView:
         self._span = scene.add_line_segments(
             "/span", np.zeros((1, 2, 3)), (70, 90, 105), thickness=2.0, thickness_units="screen", visible=False
         )
-        self._span_label = scene.add_label("/span_label", "", font_screen_scale=0.85, visible=False, depth_test=False)
+        self._span_label = scene.add_label(
+            "/span_label", "", font_screen_scale=0.85, visible=False, depth_test=False
+        )
 
     def show(self, inputs: Inputs, step: Step | None) -> None:
         """Put the blocks under the soles.

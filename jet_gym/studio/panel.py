@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING, Any, Protocol
@@ -51,7 +52,6 @@ class Controller(Protocol):
 
     def compare_all(self) -> None:
         """Put every planner into the table."""
-
 
 
 class Panel:
@@ -127,12 +127,7 @@ class Panel:
 
         changes(self.swing, lambda inputs, value: mirrored(inputs) if value != inputs.swing else inputs)
         for foot, handle in self.feet.items():
-            _on_update(
-                handle,
-                lambda value, foot=foot: controller.change(
-                    lambda inputs: inputs.moved(foot, tuple(1e-3 * v for v in value)), foot
-                ),
-            )
+            _on_update(handle, functools.partial(self._move, foot))
         changes(self.apex, lambda inputs, value: replace(inputs, apex=1e-3 * value))
         changes(self.points, lambda inputs, value: replace(inputs, points=int(value)))
         changes(self.duration, lambda inputs, value: replace(inputs, duration=float(value)))
@@ -156,7 +151,11 @@ class Panel:
         _on_update(self.time, lambda value: controller.seek(float(value)))
         _on_update(self.speed, lambda value: controller.set_speed(float(value.split()[0])))
         for layer, box in self.layers.items():
-            _on_update(box, lambda value, layer=layer: controller.show_layer(layer, bool(value)))
+            _on_update(box, functools.partial(controller.show_layer, layer))
+
+    def _move(self, foot: str, millimetres: Sequence[float]) -> None:
+        x, y, z = (1e-3 * value for value in millimetres)
+        self._controller.change(lambda inputs: inputs.moved(foot, (x, y, z)), foot)
 
     def show_inputs(self, inputs: Inputs) -> None:
         """Let every control show what is asked for."""
@@ -211,9 +210,12 @@ class Panel:
 def mirrored(inputs: Inputs) -> Inputs:
     """Return the step of the other leg: everything mirrored on the plane y = 0."""
     other = {foot: (p[0], -p[1], p[2]) for foot in FEET for p in [inputs.position(foot)]}
-    swing = "right" if inputs.swing == "left" else "left"
     return replace(
-        inputs, swing=swing, start=other["start"], landing=other["landing"], support=other["support"]
+        inputs,
+        swing="right" if inputs.swing == "left" else "left",
+        start=other["start"],
+        landing=other["landing"],
+        support=other["support"],
     )
 
 
@@ -234,13 +236,15 @@ def _millimetres(position: tuple[float, float, float]) -> tuple[float, float, fl
 def _on_update(handle: Any, act: Callable[[Any], None]) -> None:
     """Act on what a person sets, and not on what the page itself does; coroutines keep the order of events."""
 
-    @handle.on_update  # type: ignore[untyped-decorator]
-    async def _(event: Any) -> None:
+    async def updated(event: Any) -> None:
         if event.client is not None:
             act(event.target.value)
 
+    handle.on_update(updated)
+
 
 def _on_click(handle: Any, act: Callable[[Any], None]) -> None:
-    @handle.on_click  # type: ignore[untyped-decorator]
-    async def _(event: Any) -> None:
+    async def clicked(event: Any) -> None:
         act(event.target.value)
+
+    handle.on_click(clicked)

@@ -156,7 +156,9 @@ def _heading(title: str, unit: str, curves: Sequence[Curve]) -> str:
         if curve.label
     )
     unit = f' <span style="color:#777">[{unit}]</span>' if unit else ""
-    return f'<div style="font-size:12px;line-height:1.25;padding:4px 12px 0"><b>{title}</b>{unit} &nbsp;{names}</div>'
+    return (
+        f'<div style="font-size:12px;line-height:1.25;padding:4px 12px 0"><b>{title}</b>{unit} &nbsp;{names}</div>'
+    )
 
 
 def _series(curves: Sequence[Curve]) -> tuple[Any, ...]:
@@ -177,7 +179,10 @@ def _series(curves: Sequence[Curve]) -> tuple[Any, ...]:
 def _axes() -> tuple[Any, ...]:
     quiet = {"stroke": "#555", "grid": {"stroke": GRID, "width": 1.0}, "font": "10px sans-serif"}
     ticks = {"show": False}
-    return ({**quiet, "ticks": ticks, "size": 20.0, "gap": 2.0}, {**quiet, "ticks": ticks, "size": 40.0, "gap": 4.0})
+    return (
+        {**quiet, "ticks": ticks, "size": 20.0, "gap": 2.0},
+        {**quiet, "ticks": ticks, "size": 40.0, "gap": 4.0},
+    )
 
 
 def _of_planner(plan: Plan, label: str = "", color: str = "", rival: bool = False) -> Curve:
@@ -229,7 +234,9 @@ def _margin(inputs: Inputs, plan: Plan, rival: Plan | None, simulated: Simulated
         margin = 1e3 * zmp_margin(rival.step, rival.zmp)
         samples.append(Samples(_of_planner(rival, rival=True), rival.time, margin))
     if simulated is not None:
-        samples.append(Samples(Curve("measured", ACHIEVED_COLOR, width=1.2), simulated.time, 1e3 * simulated.zmp_margin))
+        samples.append(
+            Samples(Curve("measured", ACHIEVED_COLOR, width=1.2), simulated.time, 1e3 * simulated.zmp_margin)
+        )
     return [*samples, _level(plan, 0.0, "edge")]
 
 

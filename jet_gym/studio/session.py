@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from contextlib import suppress
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,7 +31,9 @@ if TYPE_CHECKING:
     from jet_gym.robot import Vector
     from jet_gym.urdf import Array
 
-QUICK = 0.1  # [s] a planner that needs longer for a step does not follow a drag: GAS stands in for it until it is done
+QUICK = (
+    0.1  # [s] a planner that needs longer for a step does not follow a drag: GAS stands in for it until it is done
+)
 _STAND_IN = "gas"
 _SETTLED = 0.15  # [s] without a change after which a slow planner is started
 _FIRST_SHOWN = 0.72  # share of the step's time that a page shows at first
@@ -42,8 +43,8 @@ _PAUSE_AT_END = 1.2  # [s] before a motion that plays begins again
 class Session:
     """What one tab has: its inputs, the plans made from them, and the threads that work for it.
 
-    Planning happens in two threads: one plans with quick planners and keeps up with a drag; the other waits until the
-    inputs have settled and runs the slow ones, while GAS stands in for them.
+    Planning happens in two threads: one plans with quick planners and keeps up with a drag; the other waits until
+    the inputs have settled and runs the slow ones, while GAS stands in for them.
 
     Attributes:
         inputs: What is asked for.
@@ -81,7 +82,9 @@ class Session:
 
     def _build(self) -> None:
         gui = self._client.gui
-        gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium", brand_color=(0, 114, 178))
+        gui.configure_theme(
+            show_logo=False, show_share_button=False, control_width="medium", brand_color=(0, 114, 178)
+        )
         gui.set_panel_label("Jet-HR1 studio")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(345)
@@ -165,7 +168,7 @@ class Session:
         """Plan, note how long a swing point takes, and say so where it fails."""
         try:
             plan = planning.plan_with(planner, inputs, stale)
-        except Exception as error:  # noqa: BLE001 - a planner may be anybody's, and the page must go on
+        except Exception as error:  # a planner may be anybody's, and the page must go on
             with self._lock:
                 if inputs is self.inputs:
                     sentence = f"{planner_label(planner)} cannot plan this step: {error}"
@@ -283,7 +286,9 @@ class Session:
         step = self.plan.step
         point = round(time / step.duration * (step.points - 1))
         margin = float(zmp_margin(step, pose.zmp[None])[0])
-        where = f"{1e3 * margin:.0f} mm inside the sole" if margin >= 0 else f"{-1e3 * margin:.0f} mm outside the sole"
+        where = (
+            f"{1e3 * margin:.0f} mm inside the sole" if margin >= 0 else f"{-1e3 * margin:.0f} mm outside the sole"
+        )
         lines = [
             f"swing point {point} of 0 to {step.points - 1}, {time:.2f} s",
             f"thrust {pose.thrust[0]:.1f} N, ZMP {where}",
@@ -303,5 +308,3 @@ class Session:
             if self._time > self._motion.duration + _PAUSE_AT_END * self.player.speed:
                 self._time = 0.0
             self._show_moment()
-
-

@@ -22,7 +22,7 @@ _HEADINGS = (
 
 
 def comparison_table(plans: Sequence[Plan]) -> str:
-    """Return the figures by which plans of one step are compared, as HTML; roughness as ``jet-gym compare`` has it."""
+    """Return the figures by which plans of one step are compared, as HTML."""
     styles = planner_styles(plan.planner for plan in plans)
     heads = "".join(
         f'<th style="text-align:right;padding:2px 3px;vertical-align:bottom;font-weight:600">{name}'
@@ -44,7 +44,9 @@ def comparison_table(plans: Sequence[Plan]) -> str:
         )
         name = f'<td style="padding:2px 3px;color:{look.color};font-weight:600">{escape(look.label)}</td>'
         rows.append(
-            f"<tr>{name}" + "".join(f'<td style="text-align:right;padding:2px 3px">{c}</td>' for c in cells) + "</tr>"
+            f"<tr>{name}"
+            + "".join(f'<td style="text-align:right;padding:2px 3px">{c}</td>' for c in cells)
+            + "</tr>"
         )
     return (
         '<table style="width:100%;border-collapse:collapse;font-size:11px;line-height:1.2;'
