@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -175,3 +176,19 @@ def bullet_robot(robot: Robot, bullet_client: Any) -> BulletRobot:
 def oracle(request: pytest.FixtureRequest) -> Oracle:
     """Jet-HR1 in a library that is not ours, one after the other."""
     return request.getfixturevalue({"pinocchio": "pinocchio_robot", "pybullet": "bullet_robot"}[request.param])
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """The Chromium of the system, without a window or a graphics card; its tests are skipped where there is none."""
+    playwright = pytest.importorskip("playwright.sync_api")
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if chromium is None:
+        pytest.skip("no Chromium is installed")
+    quiet = ["quic", "background-networking", "component-update", "sync", "dev-shm-usage"]
+    flags = ["--no-sandbox", "--no-first-run", *(f"--disable-{what}" for what in quiet)]
+    software = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=chromium, args=[*flags, *software])
+        yield browser
+        browser.close()

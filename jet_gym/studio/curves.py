@@ -13,10 +13,11 @@ from jet_gym.urdf import Array
 
 def zmp_margin(step: Step, zmp: Array) -> Array:
     """Return how far ZMPs (N, 2) are from the nearest edge of the support sole (N,) [m]; negative outside."""
-    side = "right" if step.swing == "left" else "left"
-    x_min, x_max, y_min, y_max = step.robot.leg(side).sole_rectangle
+    leg = step.robot.leg("right" if step.swing == "left" else "left")
+    x_min, x_max, y_min, y_max = leg.sole_rectangle
     x, y = (zmp - np.array(step.support[:2])).T
-    return np.minimum.reduce([x - x_min, x_max - x, y - y_min, y_max - y])
+    margin: Array = np.min([x - x_min, x_max - x, y - y_min, y_max - y], axis=0)
+    return margin
 
 
 def fitness_terms(plan: Plan, settings: FitnessSettings) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 from jet_gym.balance import BalanceSettings, ThrustModel
 from jet_gym.courses import PAPER
@@ -135,7 +136,7 @@ class Inputs:
         return FitnessSettings(smoothness_weight=self.smoothness_weight)
 
 
-def _fields_of(step: Step) -> dict[str, object]:
+def _fields_of(step: Step) -> dict[str, Any]:
     return {
         "swing": step.swing,
         "start": step.start,

@@ -69,7 +69,12 @@ class Motion:
         )
 
     @property
-    def duration(self) -> float:
+    def start(self) -> float:
+        """Time of the first moment [s]."""
+        return float(self.time[0])
+
+    @property
+    def end(self) -> float:
         """Time of the last moment [s]."""
         return float(self.time[-1])
 
@@ -79,7 +84,7 @@ class Motion:
         Orientations close to each other are mixed and normalised, which for neighbouring moments is a rotation
         at a speed that is constant within a thousandth.
         """
-        moment = min(max(float(time), float(self.time[0])), self.duration)
+        moment = min(max(float(time), self.start), self.end)
         after = min(max(int(np.searchsorted(self.time, moment, side="right")), 1), len(self.time) - 1)
         share = (moment - self.time[after - 1]) / (self.time[after] - self.time[after - 1])
         mixed = {}

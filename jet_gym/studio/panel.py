@@ -10,7 +10,6 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Protocol
 
 from agents.planner import PLANNERS
-from jet_gym.figures.style import planner_styles
 from jet_gym.robot import jet_hr1
 from jet_gym.studio.inputs import FEET, MOTIONS, Inputs
 from jet_gym.studio.planning import Verdict
@@ -79,12 +78,12 @@ class Panel:
             self._add_planner(gui, inputs)
         with tabs.add_tab("Show"):
             self.layers = {layer: gui.add_checkbox(layer, True) for layer in LAYERS}
-        self.files_tab = tabs.add_tab("Physics & files")
+        self.outputs_tab = tabs.add_tab("Output")
         self.table = gui.add_html("")
         self._listen()
 
     def _add_step(self, gui: GuiApi, inputs: Inputs) -> None:
-        gui.add_html(_hint("Drag a block in the scene; with Shift it moves up and down."))
+        gui.add_html(hint("Drag a block in the scene; with Shift it moves up and down."))
         self.motion = gui.add_button_group("paper's motion", MOTIONS)
         self.swing = gui.add_dropdown("swing leg", ("left", "right"), initial_value=inputs.swing)
         self.feet = {
@@ -103,7 +102,7 @@ class Panel:
             hint="Thrust that puts the ZMP at the assigned point, or the least that balances.",
         )  # fmt: skip
         self.smoothness = gui.add_slider(
-            "ω [1/cm²]", 0, 500, 5, round(inputs.smoothness_weight / PER_SQUARE_CENTIMETRE),
+            "omega [1/cm²]", 0, 500, 5, round(inputs.smoothness_weight / PER_SQUARE_CENTIMETRE),
             hint="Smoothness weight of eq. (18); the paper's is 50.",
         )  # fmt: skip
         self.margin = gui.add_slider(
@@ -113,7 +112,7 @@ class Panel:
         limit = round(jet_hr1().max_thrust if inputs.max_thrust is None else inputs.max_thrust)
         self.max_thrust = gui.add_slider("F max [N]", 0, 40, 1, limit, hint="Largest thrust of a fan, eq. (9).")
         self.edge = gui.add_slider(
-            "ρ [deg]", 0.5, 30.0, 0.5, math.degrees(inputs.edge_tolerance),
+            "rho [deg]", 0.5, 30.0, 0.5, math.degrees(inputs.edge_tolerance),
             hint="Half angle of the edge polygon, eq. (10).",
         )  # fmt: skip
         self.seed = gui.add_number("seed", inputs.seed, min=0, max=2**31, step=1)
@@ -123,11 +122,11 @@ class Panel:
         controller = self._controller
 
         def changes(handle: Any, change: Callable[[Inputs, Any], Inputs]) -> None:
-            _on_update(handle, lambda value: controller.change(lambda inputs: change(inputs, value)))
+            on_update(handle, lambda value: controller.change(lambda inputs: change(inputs, value)))
 
         changes(self.swing, lambda inputs, value: mirrored(inputs) if value != inputs.swing else inputs)
         for foot, handle in self.feet.items():
-            _on_update(handle, functools.partial(self._move, foot))
+            on_update(handle, functools.partial(self._move, foot))
         changes(self.apex, lambda inputs, value: replace(inputs, apex=1e-3 * value))
         changes(self.points, lambda inputs, value: replace(inputs, points=int(value)))
         changes(self.duration, lambda inputs, value: replace(inputs, duration=float(value)))
@@ -142,16 +141,16 @@ class Panel:
         changes(self.max_thrust, lambda inputs, value: replace(inputs, max_thrust=float(value)))
         changes(self.edge, lambda inputs, value: replace(inputs, edge_tolerance=math.radians(value)))
         changes(self.seed, lambda inputs, value: replace(inputs, seed=int(value)))
-        _on_click(
+        on_click(
             self.motion,
             lambda value: controller.change(lambda inputs: inputs.with_step(Inputs.of_motion(value).step)),
         )
-        _on_click(self.compare, lambda _: controller.compare_all())
-        _on_click(self.play, lambda _: controller.play(not self._playing))
-        _on_update(self.time, lambda value: controller.seek(float(value)))
-        _on_update(self.speed, lambda value: controller.set_speed(float(value.split()[0])))
+        on_click(self.compare, lambda _: controller.compare_all())
+        on_click(self.play, lambda _: controller.play(not self._playing))
+        on_update(self.time, lambda value: controller.seek(float(value)))
+        on_update(self.speed, lambda value: controller.set_speed(float(value.split()[0])))
         for layer, box in self.layers.items():
-            _on_update(box, functools.partial(controller.show_layer, layer))
+            on_update(box, functools.partial(controller.show_layer, layer))
 
     def _move(self, foot: str, millimetres: Sequence[float]) -> None:
         x, y, z = (1e-3 * value for value in millimetres)
@@ -178,11 +177,11 @@ class Panel:
         """Move the slider to a time [s]."""
         self.time.value = min(max(time, self.time.min), self.time.max)
 
-    def show_range(self, duration: float, step: float) -> None:
-        """Let the slider reach to a duration [s] in steps [s]."""
-        if self.time.max != duration or self.time.step != step:
-            self.time.step = step
-            self.time.max = duration
+    def show_range(self, start: float, end: float, step: float) -> None:
+        """Let the slider reach from a time to another [s] in steps [s]."""
+        self.time.step = step
+        self.time.min = start
+        self.time.max = end
 
     def show_verdict(self, verdict: Verdict, note: str = "") -> None:
         """Say what became of the step, with a note below it."""
@@ -219,12 +218,8 @@ def mirrored(inputs: Inputs) -> Inputs:
     )
 
 
-def planner_label(name: str) -> str:
-    """Return a planner's name as figures have it."""
-    return planner_styles([name])[name].label
-
-
-def _hint(text: str) -> str:
+def hint(text: str) -> str:
+    """Return a quiet line of HTML."""
     return f'<div style="padding:4px 12px 2px;font-size:12px;color:#666">{escape(text)}</div>'
 
 
@@ -233,7 +228,7 @@ def _millimetres(position: tuple[float, float, float]) -> tuple[float, float, fl
     return x, y, z
 
 
-def _on_update(handle: Any, act: Callable[[Any], None]) -> None:
+def on_update(handle: Any, act: Callable[[Any], None]) -> None:
     """Act on what a person sets, and not on what the page itself does; coroutines keep the order of events."""
 
     async def updated(event: Any) -> None:
@@ -243,8 +238,19 @@ def _on_update(handle: Any, act: Callable[[Any], None]) -> None:
     handle.on_update(updated)
 
 
-def _on_click(handle: Any, act: Callable[[Any], None]) -> None:
+def on_click(handle: Any, act: Callable[[Any], None]) -> None:
+    """Act on a click."""
+
     async def clicked(event: Any) -> None:
         act(event.target.value)
 
     handle.on_click(clicked)
+
+
+def on_upload(handle: Any, act: Callable[[str, bytes], None]) -> None:
+    """Act on a file, given its name and content."""
+
+    async def uploaded(event: Any) -> None:
+        act(event.target.value.name, event.target.value.content)
+
+    handle.on_upload(uploaded)

@@ -26,10 +26,11 @@ class PathView:
     Args:
         scene: Where it is drawn.
         name: Name of its node.
-        color: Colour of the pelvis path.
+        color: Colour of the pelvis path; black where omitted.
     """
 
-    def __init__(self, scene: SceneApi, name: str, color: Rgb = rgb(INK)) -> None:
+    def __init__(self, scene: SceneApi, name: str, color: Rgb | None = None) -> None:
+        color = rgb(INK) if color is None else color
         self._color = color
         self._root = scene.add_frame(name, show_axes=False)
         lines = {"thickness": 2.5, "thickness_units": "screen"}
@@ -42,7 +43,7 @@ class PathView:
     @property
     def visible(self) -> bool:
         """Whether it is drawn."""
-        return self._root.visible
+        return bool(self._root.visible)
 
     @visible.setter
     def visible(self, visible: bool) -> None:

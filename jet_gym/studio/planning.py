@@ -9,6 +9,7 @@ from typing import Literal
 from agents.planner import make_planner
 from jet_gym.errors import JetGymError
 from jet_gym.feasibility import Infeasibility, diagnose, infeasibility_sentence
+from jet_gym.figures.style import planner_styles
 from jet_gym.plan import Plan
 from jet_gym.studio.inputs import Inputs
 from jet_gym.studio.worker import Stale
@@ -62,7 +63,7 @@ def plan_with(planner: str, inputs: Inputs, stale: Stale) -> Plan | None:
 
 def judge(plan: Plan, inputs: Inputs) -> Verdict:
     """Say whether a plan meets every constraint, and where and which it violates otherwise."""
-    name, last = plan.planner, plan.step.points - 1
+    name, last = planner_label(plan.planner), plan.step.points - 1
     points = plan.violated_points
     limit = inputs.balance.parameters(plan.step.robot).max_thrust
     if not points:
@@ -113,10 +114,15 @@ def missed(plan: Plan) -> Verdict:
     names = ", ".join(name.replace("_", " ") for name in plan.violations[worst])
     return Verdict(
         "violated",
-        f"{plan.planner} violates {names} at swing point {worst} (of 0 to {plan.step.points - 1}), though a posture "
-        "exists there: more swing points or another planner may find it.",
+        f"{planner_label(plan.planner)} violates {names} at swing point {worst} (of 0 to {plan.step.points - 1}), "
+        "though a posture exists there: more swing points or another planner may find it.",
         worst,
     )
+
+
+def planner_label(name: str) -> str:
+    """Return a planner's name as figures have it."""
+    return planner_styles([name])[name].label
 
 
 def refused(error: JetGymError | ValueError) -> Verdict:

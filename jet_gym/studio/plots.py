@@ -80,7 +80,7 @@ class Plots:
             _thrust(inputs, plan, rival, simulated),
             _pelvis(plan, rival, simulated),
             _edge_angle(inputs, plan, rival),
-            _margin(inputs, plan, rival, simulated),
+            _margin(plan, rival, simulated),
             _fitness(inputs, plan, rival),
         ]
         for plot, samples in zip(self._plots, chosen, strict=True):
@@ -151,7 +151,8 @@ class _Plot:
 
 def _heading(title: str, unit: str, curves: Sequence[Curve]) -> str:
     names = " ".join(
-        f'<span style="color:{curve.color};white-space:nowrap">{"╌" if curve.dashed else "━"}&thinsp;{curve.label}</span>'
+        f'<span style="color:{curve.color};white-space:nowrap">'
+        f"{'╌' if curve.dashed else '━'}&thinsp;{curve.label}</span>"
         for curve in curves
         if curve.label
     )
@@ -228,7 +229,7 @@ def _edge_angle(inputs: Inputs, plan: Plan, rival: Plan | None) -> list[Samples]
     return [*samples, _level(plan, limit, "± rho"), _level(plan, -limit)]
 
 
-def _margin(inputs: Inputs, plan: Plan, rival: Plan | None, simulated: Simulated | None) -> list[Samples]:
+def _margin(plan: Plan, rival: Plan | None, simulated: Simulated | None) -> list[Samples]:
     samples = [Samples(_of_planner(plan), plan.time, 1e3 * zmp_margin(plan.step, plan.zmp))]
     if rival is not None:
         margin = 1e3 * zmp_margin(rival.step, rival.zmp)

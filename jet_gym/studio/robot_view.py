@@ -68,7 +68,7 @@ class RobotView:
     @property
     def visible(self) -> bool:
         """Whether it is drawn."""
-        return self._root.visible
+        return bool(self._root.visible)
 
     @visible.setter
     def visible(self, visible: bool) -> None:

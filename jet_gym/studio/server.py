@@ -55,7 +55,7 @@ class Studio:
     @property
     def port(self) -> int:
         """Where it listens."""
-        return self._viser.get_port()
+        return int(self._viser.get_port())
 
     @property
     def url(self) -> str:
@@ -108,7 +108,7 @@ def _start_viser(host: str, port: int) -> ViserServer:
         raise ViserMissingError('the studio needs viser: pip install "jet-gym[studio]"') from error
     _require_free(host, port)
 
-    class LocalServer(ViserServer):
+    class LocalServer(ViserServer):  # type: ignore[misc]
         """A server that never opens a tunnel through which others could reach it."""
 
         def request_share_url(self, verbose: bool = True) -> str | None:  # noqa: ARG002

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,14 +18,18 @@ from jet_gym.studio import planning
 from jet_gym.studio.curves import zmp_margin
 from jet_gym.studio.inputs import Inputs
 from jet_gym.studio.motion import Motion, Pose
-from jet_gym.studio.panel import Change, Panel, planner_label
-from jet_gym.studio.planning import Verdict
+from jet_gym.studio.output_panel import OutputPanel
+from jet_gym.studio.panel import Change, Panel
+from jet_gym.studio.physics import Physics
+from jet_gym.studio.planner_threads import PlannerThreads
+from jet_gym.studio.planning import Verdict, planner_label
 from jet_gym.studio.player import Player
 from jet_gym.studio.plots import Plots
+from jet_gym.studio.recording import Picture, encode_film, film_times, shoot
 from jet_gym.studio.robot_view import joints_near_limits
+from jet_gym.studio.simulated import Simulated
 from jet_gym.studio.stage import Stage
 from jet_gym.studio.table import comparison_table
-from jet_gym.studio.worker import LatestWorker, Stale
 
 if TYPE_CHECKING:
     from viser import ClientHandle
@@ -31,27 +37,24 @@ if TYPE_CHECKING:
     from jet_gym.robot import Vector
     from jet_gym.urdf import Array
 
-QUICK = (
-    0.1  # [s] a planner that needs longer for a step does not follow a drag: GAS stands in for it until it is done
-)
-_STAND_IN = "gas"
-_SETTLED = 0.15  # [s] without a change after which a slow planner is started
 _FIRST_SHOWN = 0.72  # share of the step's time that a page shows at first
 _PAUSE_AT_END = 1.2  # [s] before a motion that plays begins again
+_FILM_RATE = 20.0  # [1/s] frames of a film
+_FILM_SIZE = (540, 960)  # [px] height and width of a film
 
 
 class Session:
-    """What one tab has: its inputs, the plans made from them, and the threads that work for it.
-
-    Planning happens in two threads: one plans with quick planners and keeps up with a drag; the other waits until
-    the inputs have settled and runs the slow ones, while GAS stands in for them.
+    """What one tab has.
 
     Attributes:
         inputs: What is asked for.
         plan: The plan that is shown, if there is one yet.
         rival: The ghost's plan, if there is one.
+        simulated: What the physics engine made of the plan, if it was sent there.
         verdict: What was said of the step.
         replans: How many plans have been shown.
+        planners: The threads that plan.
+        player: The clock.
 
     Args:
         client: The tab.
@@ -62,33 +65,34 @@ class Session:
         self.inputs = inputs or Inputs.of_motion("forward")
         self.plan: Plan | None = None
         self.rival: Plan | None = None
+        self.simulated: Simulated | None = None
         self.verdict: Verdict | None = None
         self.replans = 0
         self._client = client
         self._lock = threading.RLock()
-        self._pace: dict[str, float] = {_STAND_IN: 0.0}  # [s] a swing point takes
-        self._motion: Motion | None = None
+        self._plan_inputs: Inputs | None = None  # what the plan was made from
+        self._motion: Motion | None = None  # what is played
         self._rival_motion: Motion | None = None
-        self._others: dict[str, Plan] = {}  # plans in the table besides the two that are shown
+        self._others: dict[str, Plan] = {}  # plans in the table besides the two that are drawn
         self._time = _FIRST_SHOWN * self.inputs.duration
         self._moved_foot = "landing"
         self._closed = False
         self._build()
         name = f"studio-{client.client_id}"
-        self.live = LatestWorker(self._plan_live, f"{name}-live")
-        self.thorough = LatestWorker(self._plan_thorough, f"{name}-thorough", patience=_SETTLED)
+        self.planners = PlannerThreads(self, name)
         self.player = Player(self._advance, f"{name}-player")
+        self.physics = Physics(self._show_progress, self._show_simulated)
         self.change(lambda inputs: inputs)
 
     def _build(self) -> None:
         gui = self._client.gui
-        gui.configure_theme(
-            show_logo=False, show_share_button=False, control_width="medium", brand_color=(0, 114, 178)
-        )
+        gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(0, 114, 178))
         gui.set_panel_label("Jet-HR1 studio")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(345)
         self.panel = Panel(gui, self.inputs, self)
+        with self.panel.outputs_tab:
+            self.outputs = OutputPanel(gui, self)
         plots = gui.add_panel()
         self.plots = Plots(gui, plots.add_tab("Along the step", icon="chart-line"))
         plots.dock_left()
@@ -100,8 +104,10 @@ class Session:
         """End what works for the tab; may be called twice."""
         self._closed = True
         self.player.close()
-        self.live.close()
-        self.thorough.close()
+        self.planners.close()
+        self.physics.drop()
+
+    # ---- what a person does
 
     def change(self, change: Change, foot: str | None = None) -> None:
         """Change what is asked for, show it at once, and have it planned.
@@ -115,19 +121,19 @@ class Session:
             self._moved_foot = foot or self._moved_foot
             self._others = {}
             self._time *= self.inputs.duration / before.duration
+            step = None
             try:
-                step, _ = self.inputs.step, self.inputs.balance.parameters(self.inputs.step.robot)
+                step = self.inputs.step
+                self.inputs.balance.parameters(step.robot)
             except JetGymError as error:
-                step = None
                 self._say(planning.refused(error))
             self.stage.show_step(self.inputs, step)
             self.panel.show_inputs(self.inputs)
+            self._forget_simulation()
         if step is None:
-            self.live.drop()
-            self.thorough.drop()
+            self.planners.drop()
         else:
-            self.live.submit(self.inputs)
-            self.thorough.submit(self.inputs)
+            self.planners.submit(self.inputs)
 
     def play(self, playing: bool) -> None:
         """Let time pass, or not; at the end of the motion it begins again."""
@@ -151,105 +157,154 @@ class Session:
 
     def compare_all(self) -> None:
         """Plan with every planner, one after the other, and put them into the table."""
-        threading.Thread(target=self._compare_all, args=(self.inputs,), daemon=True).start()
+        inputs = self.inputs
+
+        def show(plan: Plan) -> bool:
+            with self._lock:
+                if self.inputs is inputs:
+                    self._others[plan.planner] = plan
+                    self._show_table()
+                return self.inputs is inputs
+
+        self.planners.plan_all(inputs, show)
+
+    def simulate(self, thrust: str) -> None:
+        """Send the plan to the physics engine; its motion is shown when it is done."""
+        if self.plan is not None:
+            self.outputs.show_outcome("")
+            self._show_progress(0.0)
+            self.physics.send(self.plan, "pid" if thrust == "pid" else "feedforward")
+
+    def show_simulated(self, simulated: bool) -> None:
+        """Show the simulated motion, or the planned one."""
+        with self._lock:
+            if self.plan is not None:
+                chosen = self.simulated if simulated else None
+                self._motion = Motion.of_plan(self.plan) if chosen is None else chosen.motion
+                self._show_all(self.inputs)
+
+    def save(self) -> None:
+        """Let the browser save the plan as ``plan.json``."""
+        if self.plan is not None:
+            content = json.dumps(self.plan.to_dict(), allow_nan=False).encode()
+            self._client.send_file_download("plan.json", content, save_immediately=True)
+
+    def load(self, name: str, content: bytes) -> None:
+        """Show a plan file as it is, and plan its step anew once something is changed."""
+        try:
+            plan = Plan.from_dict(json.loads(content))
+        except (JetGymError, ValueError, RecursionError) as error:
+            self.outputs.show_outcome(f"{name} is not a plan: {error}", good=False)
+            return
+        with self._lock, self._client.atomic():
+            self.planners.drop()
+            planner = plan.planner if plan.planner in PLANNERS else self.inputs.planner
+            self.inputs = replace(self.inputs.with_step(plan.step), planner=planner, seed=plan.seed, rival=None)
+            self._forget_simulation()
+            self._others = {}
+            self._time = _FIRST_SHOWN * plan.step.duration
+            self.stage.show_step(self.inputs, plan.step)
+            self.panel.show_inputs(self.inputs)
+            self.show_plans(self.inputs, plan, None)
+            self._say(planning.judge(plan, self.inputs))
+        self.outputs.show_outcome(f"showing {name}")
+
+    def record(self, kind: str) -> None:
+        """Record a film of the motion that is shown, and let the browser save it."""
+        threading.Thread(target=self._record, args=(kind,), name="studio-film", daemon=True).start()
+
+    def _record(self, kind: str) -> None:
+        motion = self._motion
+        if motion is None:
+            return
+        self.play(False)
+        times = film_times(motion.start, motion.end, self.player.speed, _FILM_RATE)
+        height, width = _FILM_SIZE
+        done = 0
+
+        def show(time: float) -> None:
+            nonlocal done
+            self._show_progress(done / len(times))
+            done += 1
+            with self._lock:
+                self._time = time
+                self._show_moment()
+
+        def take() -> Picture:
+            return np.asarray(self._client.get_render(height, width, timeout=60.0), dtype=np.uint8)
+
+        try:
+            film = encode_film(shoot(times, show, take), "gif" if kind == "gif" else "mp4", _FILM_RATE)
+        except (RuntimeError, TimeoutError, OSError) as error:
+            self.outputs.show_outcome(f"the film failed: {error}", good=False)
+        else:
+            self._client.send_file_download(f"jet-hr1.{kind}", film, save_immediately=True)
+            self.outputs.show_outcome(f"recorded {len(times)} frames as jet-hr1.{kind}")
+        self._show_progress(None)
 
     def _camera_position(self) -> Array:
-        return np.asarray(self._client.camera.position)
+        return np.array(self._client.camera.position, dtype=np.float64)
 
     def _dragged(self, foot: str, position: Vector) -> None:
         self.change(lambda inputs: inputs.moved(foot, position), foot)
 
-    # ---- in the threads that plan
+    # ---- what the threads report
 
-    def _is_quick(self, planner: str, points: int) -> bool:
-        return planner in self._pace and self._pace[planner] * points < QUICK
-
-    def _make_plan(self, planner: str, inputs: Inputs, stale: Stale) -> Plan | None:
-        """Plan, note how long a swing point takes, and say so where it fails."""
-        try:
-            plan = planning.plan_with(planner, inputs, stale)
-        except Exception as error:  # a planner may be anybody's, and the page must go on
-            with self._lock:
-                if inputs is self.inputs:
-                    sentence = f"{planner_label(planner)} cannot plan this step: {error}"
-                    self._say(Verdict("refused", sentence))
-            return None
-        if plan is not None and planner != _STAND_IN:
-            self._pace[planner] = float(plan.solve_time.sum()) / plan.step.points
-        return plan
-
-    def _plan_live(self, inputs: Inputs, stale: Stale) -> None:
-        """Plan with quick planners; a plan once begun is finished and shown, so that a drag is followed."""
-        quick = self._is_quick(inputs.planner, inputs.points)
-        plan = self._make_plan(inputs.planner if quick else _STAND_IN, inputs, lambda: False)
-        if plan is None:
-            return
-        rival = None
-        if inputs.rival is not None and self._is_quick(inputs.rival, inputs.points):
-            rival = self._make_plan(inputs.rival, inputs, lambda: False)
-        self._show_plans(inputs, plan, rival)
-        if plan.violated_points:
-            verdict = planning.explain(plan, inputs, stale)
-            with self._lock:
-                if verdict is not None and self.plan is plan:
-                    self._say(verdict)
-
-    def _plan_thorough(self, inputs: Inputs, stale: Stale) -> None:
-        """Plan with the planners that are too slow for a drag, or whose speed is not known yet."""
-        for planner in dict.fromkeys(filter(None, (inputs.planner, inputs.rival))):
-            if self._is_quick(planner, inputs.points) and self._is_shown(planner):
-                continue
-            plan = self._make_plan(planner, inputs, stale)
-            if plan is None or stale():
-                return
-            self._show_plans(
-                inputs,
-                plan if planner == inputs.planner else None,
-                plan if planner == inputs.rival else None,
-            )
-            if planner == inputs.planner and plan.violated_points:
-                verdict = planning.explain(plan, inputs, stale)
-                with self._lock:
-                    if verdict is not None and self.plan is plan:
-                        self._say(verdict)
-
-    def _is_shown(self, planner: str) -> bool:
-        return any(plan is not None and plan.planner == planner for plan in (self.plan, self.rival))
-
-    def _compare_all(self, inputs: Inputs) -> None:
-        for planner in PLANNERS:
-            plan = self._make_plan(planner, inputs, lambda: self._closed or self.inputs is not inputs)
-            with self._lock:
-                if self.inputs is not inputs:
-                    return
-                if plan is not None:
-                    self._others[planner] = plan
-                    self._show_table()
-
-    # ---- what is shown
-
-    def _show_plans(self, inputs: Inputs, plan: Plan | None, rival: Plan | None) -> None:
-        """Show a plan, a rival's plan, or both; what is not given stays, if it is still asked for."""
+    def show_plans(self, inputs: Inputs, plan: Plan | None, rival: Plan | None) -> None:
+        """Show a plan, a rival's plan, or both; a rival that is still asked for stays until its next plan."""
         with self._lock, self._client.atomic():
-            if self._closed:
+            if self._closed or (inputs is not self.inputs and self._plan_inputs is self.inputs):
                 return
-            if plan is not None:
-                self.plan, self._motion = plan, Motion.of_plan(plan)
+            stands_in = plan is not None and plan.planner != inputs.planner
+            if plan is not None and not (stands_in and self._plan_inputs is inputs):
+                self.plan, self._plan_inputs, self._motion = plan, inputs, Motion.of_plan(plan)
                 self.stage.show_plan(plan)
                 self.replans += 1
                 if not plan.violated_points or self.verdict is None or self.verdict.kind in ("holds", "refused"):
                     self._say(planning.judge(plan, inputs))
-            if rival is not None or inputs.rival is None or (self.rival and self.rival.planner != inputs.rival):
+            if rival is not None or self.rival is None or self.rival.planner != self.inputs.rival:
                 self.rival = rival
                 self._rival_motion = None if rival is None else Motion.of_plan(rival)
                 self.stage.show_rival(rival)
-            if self.plan is None:
+            self._show_all(inputs)
+
+    def explain(self, plan: Plan, verdict: Verdict) -> None:
+        """Say why a plan violates constraints, if it is still shown."""
+        with self._lock:
+            if self.plan is plan:
+                self._say(verdict)
+
+    def fail(self, inputs: Inputs, planner: str, reason: str) -> None:
+        """Say that a planner could not plan."""
+        with self._lock:
+            if self.inputs is inputs:
+                self._say(Verdict("refused", f"{planner_label(planner)} cannot plan this step: {reason}"))
+
+    def _show_progress(self, share: float | None) -> None:
+        self.outputs.show_progress(share)
+
+    def _show_simulated(self, plan: Plan, result: Simulated | str) -> None:
+        with self._lock, self._client.atomic():
+            if self._closed or self.plan is not plan:
                 return
-            self.panel.show_range(self.plan.step.duration, self.plan.step.duration / (self.plan.step.points - 1))
-            rival_drawn = self.rival if self.rival is not None and self.rival.step.points else None
-            self.plots.show(inputs, self.plan, rival_drawn, None)
-            self._show_table()
-            self._show_moment()
+            self._show_progress(None)
+            if isinstance(result, str):
+                self.outputs.show_outcome(result, good=False)
+                return
+            self.simulated = result
+            self.outputs.show_outcome(result.outcome[:1].upper() + result.outcome[1:] + ".", not result.fallen)
+            self.outputs.show_choice(True, simulated=True)
+            self.show_simulated(True)
+
+    def _forget_simulation(self) -> None:
+        self.physics.drop()
+        if self.simulated is not None:
+            self.outputs.show_outcome("")
+        self.simulated = None
+        self._show_progress(None)
+        self.outputs.show_choice(False)
+
+    # ---- what is shown
 
     def _say(self, verdict: Verdict) -> None:
         """Tell a verdict, in red at the block that was moved if no posture exists."""
@@ -261,6 +316,15 @@ class Session:
         self.panel.show_verdict(verdict, stand_in)
         self.stage.ground.mark(self._moved_foot if verdict.kind in ("infeasible", "refused") else None)
 
+    def _show_all(self, inputs: Inputs) -> None:
+        if self.plan is None or self._motion is None:
+            return
+        step = self.plan.step
+        self.panel.show_range(self._motion.start, self._motion.end, step.duration / (step.points - 1))
+        self.plots.show(inputs, self.plan, self.rival, self.simulated)
+        self._show_table()
+        self._show_moment()
+
     def _show_table(self) -> None:
         shown = {plan.planner: plan for plan in (self.plan, self.rival) if plan is not None}
         self.panel.show_table(comparison_table(list((shown | self._others).values())))
@@ -269,12 +333,12 @@ class Session:
         """Show the moment that the clock is at."""
         if self._motion is None or self.plan is None:
             return
-        time = min(max(self._time, 0.0), self._motion.duration)
+        time = min(max(self._time, self._motion.start), self._motion.end)
         pose = self._motion.at(time)
         rival = None if self._rival_motion is None else self._rival_motion.at(time)
-        limit = self.inputs.balance.parameters(self.plan.step.robot).max_thrust
+        limit = self.inputs.max_thrust
         with self._client.atomic():
-            self.stage.place(pose, rival, limit)
+            self.stage.place(pose, rival, self.plan.step.robot.max_thrust if limit is None else limit)
             if move_slider:
                 self.panel.show_time(time)
             self.panel.show_moment(self._describe(time, pose))
@@ -284,19 +348,19 @@ class Session:
         """Return what is the case at a moment, in lines."""
         assert self.plan is not None
         step = self.plan.step
-        point = round(time / step.duration * (step.points - 1))
-        margin = float(zmp_margin(step, pose.zmp[None])[0])
-        where = (
-            f"{1e3 * margin:.0f} mm inside the sole" if margin >= 0 else f"{-1e3 * margin:.0f} mm outside the sole"
-        )
+        point = min(max(round(time / step.duration * (step.points - 1)), 0), step.points - 1)
+        shown = self.simulated if self.simulated is not None and self._motion is self.simulated.motion else None
+        margin = float(zmp_margin(step, pose.zmp[None])[0]) if shown is None else shown.margin_at(time)
         lines = [
             f"swing point {point} of 0 to {step.points - 1}, {time:.2f} s",
-            f"thrust {pose.thrust[0]:.1f} N, ZMP {where}",
+            f"thrust {pose.thrust[0]:.1f} N, ZMP {_inside(margin)}",
         ]
+        if shown is not None:
+            lines.append(f"simulated: tilt {np.degrees(shown.tilt_at(time)):.2f}°")
         near = joints_near_limits(step.robot, pose.joint_positions)
         if near:
             names = ", ".join(f"{name.replace('_', ' ')} {np.degrees(room):.0f}°" for name, room in near[:3])
-            lines.append(f"close to the end of its range: {names}")
+            lines.append(f"near the end of their range: {names}")
         return lines
 
     def _advance(self, elapsed: float) -> None:
@@ -305,6 +369,12 @@ class Session:
             if self._motion is None or self._closed:
                 return
             self._time += elapsed
-            if self._time > self._motion.duration + _PAUSE_AT_END * self.player.speed:
-                self._time = 0.0
+            if self._time > self._motion.end + _PAUSE_AT_END * self.player.speed:
+                self._time = self._motion.start
             self._show_moment()
+
+
+def _inside(margin: float) -> str:
+    if not np.isfinite(margin):
+        return "nowhere: no foot is in contact"
+    return f"{1e3 * abs(margin):.0f} mm {'inside' if margin >= 0.0 else 'outside'} the sole"

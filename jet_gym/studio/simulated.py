@@ -21,8 +21,8 @@ _MOTION = "motion 1"  # the phase in which the plan's own step is made
 class Simulated:
     """What the physics engine made of a plan. M moments.
 
-    The engine lets the robot stand and shift its weight first, and makes the step in a time of its own. Here time is
-    counted on the plan's clock: zero where the swing foot lifts off, the plan's duration where it lands, and in
+    The engine lets the robot stand and shift its weight first, and makes the step in a time of its own. Here time
+    is counted on the plan's clock: zero where the swing foot lifts off, the plan's duration where it lands, and in
     proportion before and after.
 
     Attributes:
