@@ -180,7 +180,7 @@ def oracle(request: pytest.FixtureRequest) -> Oracle:
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
-    """The Chromium of the system, without a window or a graphics card; its tests are skipped where there is none."""
+    """The system's Chromium, without a window or a graphics card; tests are skipped where there is none."""
     playwright = pytest.importorskip("playwright.sync_api")
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if chromium is None:
