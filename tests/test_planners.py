@@ -29,7 +29,7 @@ def test_same_seed_gives_the_same_plan_to_the_last_bit(name: str) -> None:
     assert first.fitness.tobytes() == second.fitness.tobytes()
 
 
-@pytest.mark.parametrize("name", PLANNERS)
+@pytest.mark.parametrize("name", ["gas", "ga", "gaex"])
 def test_another_seed_gives_another_plan(name: str) -> None:
     assert not np.array_equal(
         make_planner(name).plan(SHORT, seed=0).pelvis, make_planner(name).plan(SHORT, seed=1).pelvis

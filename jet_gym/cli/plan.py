@@ -50,7 +50,7 @@ def _position_option(name: str, text: str) -> Callable[[Command], Command]:
 @click.option("--points", type=int, help="Number of swing points; 30, or the motion's own.")
 @click.option(
     "--planner", "planners", multiple=True, default=("gas",), show_default=True,
-    help="gas, ga or gaex; give it several times to compare.",
+    help="gas, ga, gaex or optimal; give it several times to compare.",
 )  # fmt: skip
 @seed_option
 @settings_options

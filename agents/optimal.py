@@ -1,0 +1,274 @@
+"""The reference: the least total fitness of a whole step, by dynamic programming and then in the continuum.
+
+GAS and its kin are greedy: they minimise each swing point's fitness alone. Here the sum over the step is minimised
+under the same constraints and search ranges:
+
+1. dynamic programming over a coarse lattice of pelvis positions at every swing point, with constraints relaxed by
+   half a spacing, which finds the valley that the path has to take (:mod:`agents.lattice`);
+2. the same on ever finer lattices in a tube around the path, at last with exact constraints;
+3. an interior-point method on the whole path at once (:mod:`agents.barrier`), and exact lattices and this again
+   until the total changes by less than the tolerance.
+
+The plan of GAS is refined in the same way, and the better path is taken. So the result is never worse than that
+plan; that it is the global optimum is checked against brute force and many restarts, not proven.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import ClassVar
+
+import numpy as np
+
+from agents.barrier import bring_inside, polish
+from agents.genetic import GasPlanner
+from agents.lattice import (
+    FAR,
+    Lattices,
+    SearchModel,
+    SwingPoints,
+    accumulate,
+    cost_of_path,
+    make_lattices,
+    reach_boxes,
+    trace_back,
+)
+from agents.planner import Planner, Progress, check_seed
+from jet_gym.errors import SettingsError, require_number
+from jet_gym.plan import Plan
+from jet_gym.posture import swing_and_support
+from jet_gym.robot import Leg
+from jet_gym.step import Step
+from jet_gym.urdf import Array
+
+_INSIDE = 1e-7  # [m] that lattices keep from the edges of the search ranges, so that a path can be polished
+_JOINT_ARM = 0.15  # [m] a pelvis that is off by this times an angle turns some joint by about that angle
+_MU = (1.0, 0.1, 10.0)  # where the interior-point method begins, in turns
+_LAST_MU = 1e-4  # it keeps the total fitness from its optimum by some hundredths
+_MOST_NODES = 40_000_000  # of a coarse search, kept in memory as floats
+
+
+@dataclass(frozen=True)
+class OptimalSettings:
+    """How finely the optimum is searched; the defaults are those of every number in the documentation.
+
+    Attributes:
+        spacing: Of the coarse lattice [m].
+        refinements: How often the spacing is halved.
+        tube: Nodes on either side of the path, per axis.
+        tolerance: Change of the total fitness below which the search ends.
+        rounds: Most rounds at the finest lattice.
+        zmp_penalty: What a ZMP outside of the support foot, eq. (11), costs in the search. The paper's fitness has
+            no term for it; with this one, no ZMP leaves the foot where that can be avoided.
+    """
+
+    spacing: float = 0.0249
+    refinements: int = 5
+    tube: int = 3
+    tolerance: float = 0.05
+    rounds: int = 8
+    zmp_penalty: float = 9000.0
+
+    def __post_init__(self) -> None:
+        """Refuse settings outside of what is allowed."""
+        for name in ("spacing", "tolerance", "zmp_penalty"):
+            require_number(name, getattr(self, name))
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise SettingsError(f"{name} must be a finite number of more than 0, not {getattr(self, name)}")
+        for name in ("refinements", "tube", "rounds"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+                raise SettingsError(f"{name} must be a whole number of 1 or more, not {value!r}")
+
+
+@dataclass(frozen=True)
+class OptimalPlanner(Planner):
+    """The optimal reference, deterministic: the seed changes nothing.
+
+    Attributes:
+        settings: How finely it searches.
+        first_range: Range of the pelvis about the nominal one at the first swing point, per axis [m], Table 2.
+        search_range: Largest move of the pelvis between two swing points, per axis [m], eq. (13).
+    """
+
+    settings: OptimalSettings = field(default_factory=OptimalSettings)
+    first_range: float = 0.150
+    search_range: float = 0.025
+    name: ClassVar[str] = "optimal"
+
+    def __post_init__(self) -> None:
+        """Refuse ranges outside of what is allowed."""
+        for name in ("first_range", "search_range"):
+            require_number(name, getattr(self, name))
+            if not 1e-4 <= getattr(self, name) < math.inf:
+                raise SettingsError(f"{name} must be 1e-4 m or more, not {getattr(self, name)}")
+
+    def plan(self, step: Step, seed: int = 0, progress: Progress | None = None) -> Plan:
+        """Plan a step; see :meth:`Planner.plan`.
+
+        The time of the plan is spread evenly over its swing points, and so are the postures evaluated. Progress
+        counts the swing points of the coarse search, which takes half of the time, and the last one at the end.
+        """
+        check_seed(seed)
+        started = perf_counter()
+        search = _Search(self, step)
+        best, least = search.refine(GasPlanner(self.balance, self.fitness).plan(step).pelvis)
+        coarse = search.coarse_path(progress)
+        if coarse is not None:
+            path, total = search.refine(coarse)
+            if total < least:
+                best = path
+        seconds = perf_counter() - started
+        if progress is not None:
+            progress(step.points, step.points)
+        return Plan.from_pelvis_path(
+            step,
+            best,
+            planner=self.name,
+            seed=int(seed),
+            balance=self.balance,
+            fitness=self.fitness,
+            search_range=self.search_range,
+            solve_time=np.full(step.points, seconds / step.points),
+            evaluations=np.full(step.points, math.ceil(search.evaluations / step.points)),
+        )
+
+    def plan_many(self, steps: Sequence[Step], threads: int = 2, progress: Progress | None = None) -> list[Plan]:
+        """Plan many steps side by side; the plans are those of :meth:`plan`.
+
+        Args:
+            steps: The steps.
+            threads: How many to plan at a time; compiled code lets go of the interpreter.
+            progress: Called after each step with how many are done and how many there are.
+        """
+        plans: dict[int, Plan] = {}
+        pool = ThreadPoolExecutor(max(threads, 1))
+        try:
+            jobs = {pool.submit(self.plan, step): number for number, step in enumerate(steps)}
+            for job in as_completed(jobs):
+                plans[jobs[job]] = job.result()
+                if progress is not None:
+                    progress(len(plans), len(steps))
+        finally:
+            pool.shutdown(cancel_futures=True)
+        return [plans[number] for number in range(len(steps))]
+
+
+class _Search:
+    """The search for one step's optimum."""
+
+    def __init__(self, planner: OptimalPlanner, step: Step) -> None:
+        self.settings = planner.settings
+        self.centre = step.nominal_pelvis
+        x, y, z = self.centre.tolist()
+        self.points = SwingPoints(step.swing_sole, step.support, (x, y, z), planner.first_range)
+        self.evaluations = 0
+        swing_leg, support_leg, side = swing_and_support(step.robot, step.swing)
+        self.model = SearchModel(
+            swing_leg,
+            support_leg,
+            step.robot.trunk,
+            side,
+            planner.balance.parameters(step.robot),
+            planner.fitness.parameters(),
+            self.settings.zmp_penalty,
+            planner.search_range,
+        )
+
+    def coarse_path(self, progress: Progress | None) -> Array | None:
+        """Return the best path (N, 3) [m] of the coarse lattice, or nothing where it connects no two ends."""
+        spacing = self.settings.spacing
+        lattices = make_lattices(self._coarse_lines(spacing))
+        if lattices.offsets[-1] > _MOST_NODES:
+            return None
+        path, total = self._best_path(lattices, 0.5 * spacing, progress)
+        return path if total < FAR else None
+
+    def refine(self, path: Array) -> tuple[Array, float]:
+        """Return a path (N, 3) [m] at least as good as the one given, and its total cost."""
+        best, least = path, self._cost(path)
+        spacing = self.settings.spacing
+        for _ in range(self.settings.refinements):
+            spacing *= 0.5
+            path, _ = self._best_path(self._tube(path, spacing), 0.5 * spacing)
+        bring_inside(self.model, self.points, path)
+        path, total = self._best_path(self._tube(path, spacing), 0.0)
+        unchanged = 0
+        for number in range(self.settings.rounds):
+            polished = self._polished(path, _MU[number % len(_MU)])
+            if self._cost(polished) < total:
+                path = polished
+            path, reached = self._best_path(self._tube(path, spacing), 0.0)
+            unchanged = unchanged + 1 if total - reached < self.settings.tolerance else 0
+            total = reached
+            if unchanged == 2:
+                break
+        return (path, total) if total < least else (best, least)
+
+    def _cost(self, path: Array) -> float:
+        cost: float = cost_of_path(self.model, self.points, path)
+        return cost
+
+    def _polished(self, path: Array, first_mu: float) -> Array:
+        polished: Array = path.copy()
+        polish(self.model, self.points, first_mu, _LAST_MU, polished)
+        return polished
+
+    def _best_path(
+        self, lattices: Lattices, relaxation: float, progress: Progress | None = None
+    ) -> tuple[Array, float]:
+        """Return the best path (N, 3) [m] on lattices, and its total cost."""
+        model = self.model._replace(search_range=self.model.search_range - _INSIDE)
+        if relaxation > 0.0:
+            model = model._replace(
+                swing_leg=_widened(model.swing_leg, relaxation / _JOINT_ARM),
+                support_leg=_widened(model.support_leg, relaxation / _JOINT_ARM),
+            )
+        points = len(self.points.soles)
+        values, path = np.empty(lattices.offsets[-1]), np.empty((points, 3))
+        at_a_time = points if progress is None else 1
+        for first in range(0, points, at_a_time):
+            last = min(first + at_a_time, points)
+            accumulate(model, self.points, lattices, relaxation, first, last, values)
+            if progress is not None and last < points:
+                progress(last, points)
+        self.evaluations += len(values)
+        return path, trace_back(model, lattices, values, path)
+
+    def _coarse_lines(self, spacing: float) -> list[list[Array]]:
+        """Return a lattice over where both soles are within reach, aligned at the nominal pelvis."""
+        boxes = np.empty((len(self.points.soles), 2, 3))
+        reach_boxes(self.model, self.points, 0.5 * spacing, boxes)
+        away = self.points.first_range - _INSIDE + self.model.search_range * np.arange(len(boxes))[:, None]
+        lowest, highest = self.centre - away, self.centre + away
+        low, high = np.clip(boxes[:, 0], lowest, highest), np.clip(boxes[:, 1], lowest, highest)
+        thin = high - low < 3.0 * spacing  # out of reach, or nearly so: some nodes all the same
+        middle = 0.5 * (low + high)
+        low = np.where(thin, np.maximum(middle - 2.0 * spacing, lowest), low)
+        high = np.where(thin, np.minimum(middle + 2.0 * spacing, highest), high)
+        first = np.ceil((low - self.centre) / spacing).astype(int)
+        last = np.floor((high - self.centre) / spacing).astype(int)
+        return [
+            [self.centre[axis] + spacing * np.arange(a[axis], b[axis] + 1) for axis in range(3)]
+            for a, b in zip(first, last, strict=True)
+        ]
+
+    def _tube(self, path: Array, spacing: float) -> Lattices:
+        """Return small lattices around a path."""
+        count = self.settings.tube
+        lines = path[:, :, None] + spacing * np.arange(-count, count + 1)
+        inside = self.points.first_range - _INSIDE
+        lines[0] = np.clip(lines[0], (self.centre - inside)[:, None], (self.centre + inside)[:, None])
+        return make_lattices([list(triple) for triple in lines])
+
+
+def _widened(leg: Leg, angle: float) -> Leg:
+    """Return a leg whose joints may pass their limits by an angle [rad]."""
+    yaw, roll, pitch, knee, ankle_pitch, ankle_roll = (
+        math.cos(min(math.acos(max(cosine, -1.0)) + angle, math.pi)) for cosine in leg.range_half_cosines
+    )
+    return leg._replace(range_half_cosines=(yaw, roll, pitch, knee, ankle_pitch, ankle_roll))
