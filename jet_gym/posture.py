@@ -31,7 +31,7 @@ from jet_gym.posture_block import (
 from jet_gym.robot import Leg, Robot, Side
 from jet_gym.urdf import Array
 
-_CHUNK = 16 * BLOCK
+_CHUNK = 64 * BLOCK
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,8 @@
-"""Postures of different swing points side by side in SIMD lanes: 64 at a time, through two scratch arrays.
+"""Postures of different swing points side by side in SIMD lanes: 16 at a time, through two scratch arrays.
 
 The straight-line arithmetic of :func:`~jet_gym.posture_state.posture_at` runs in SIMD lanes only if it reads and
 writes plain columns. So whoever has many postures to evaluate fills a block of them with :func:`put`, calls
-:func:`evaluate_blocks` and reads the block with the getters.
+:func:`evaluate_block`, or :func:`evaluate_blocks` from Python, and reads the block with the getters.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from jet_gym.posture_state import posture_at
 from jet_gym.robot import Leg, Trunk, Vector
 from jet_gym.urdf import Array
 
-BLOCK = 64
+BLOCK = 16
 GIVEN_ROWS = 19  # a stance of 16 numbers and a pelvis
 FOUND_ROWS = 34  # what follows, and then cosines and sines of the joints of swing and support leg
 COM, FOUND_THRUST, FOUND_ZMP, OUT_OF_REACH, EDGE, COSINES, SINES = 0, 3, 4, 6, 7, 10, 22
@@ -62,7 +62,7 @@ def evaluate_blocks(
     found: Array,
     violations: NDArray[np.int64],
 ) -> None:
-    """Evaluate the postures of B blocks, all 64 columns of each whether they were put or not.
+    """Evaluate the postures of B blocks, all columns of each whether they were put or not.
 
     Args:
         swing_leg: The swing leg.
@@ -80,7 +80,7 @@ def evaluate_blocks(
         for row in range(GIVEN_ROWS):
             for column in range(BLOCK):
                 own_given[row, column] = given[block, row, column]
-        _evaluate_own(swing_leg, support_leg, trunk, balance, own_given, own_found, own_violations)
+        evaluate_block(swing_leg, support_leg, trunk, balance, own_given, own_found, own_violations)
         for row in range(FOUND_ROWS):
             for column in range(BLOCK):
                 found[block, row, column] = own_found[row, column]
@@ -89,7 +89,7 @@ def evaluate_blocks(
 
 
 @inlined
-def _evaluate_own(
+def evaluate_block(
     swing_leg: Leg,
     support_leg: Leg,
     trunk: Trunk,
@@ -98,6 +98,7 @@ def _evaluate_own(
     found: Array,
     violations: NDArray[np.int64],
 ) -> None:
+    """Evaluate the postures of a block, in SIMD lanes if the caller made the three arrays itself."""
     for i in range(BLOCK):
         stance = stance_in(given, i)
         pelvis = (given[16, i], given[17, i], given[18, i])

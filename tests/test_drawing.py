@@ -9,16 +9,16 @@ from agents import make_planner
 from jet_gym import Step, jet_hr1
 from jet_gym.balance import BalanceSettings
 from jet_gym.envs.drawing import StepDrawer
-from jet_gym.envs.lanes import empty_lanes, step_of_lane
+from jet_gym.envs.lanes import Lanes
 from jet_gym.feasibility import diagnose
 
 
 def _draw(count: int, difficulty: float = 1.0, seed: int = 0) -> list[Step]:
     robot = jet_hr1()
-    lanes = empty_lanes(count)
+    lanes = Lanes(count)
     drawer = StepDrawer(robot, BalanceSettings().parameters(robot), difficulty)
     drawer.draw(lanes, np.arange(count), [np.random.default_rng([seed, lane]) for lane in range(count)])
-    return [step_of_lane(lanes, lane, robot) for lane in range(count)]
+    return [lanes.step_of(lane, robot) for lane in range(count)]
 
 
 def _seen_from_support(steps: list[Step]) -> np.ndarray:
@@ -68,11 +68,11 @@ def test_difficulty_bounds_how_far_a_step_goes() -> None:
 def test_a_lane_draws_from_its_own_generator_alone() -> None:
     robot = jet_hr1()
     drawer = StepDrawer(robot, BalanceSettings().parameters(robot), 1.0)
-    together, alone = empty_lanes(20), empty_lanes(1)
+    together, alone = Lanes(20), Lanes(1)
     drawer.draw(together, np.arange(20), [np.random.default_rng(lane) for lane in range(20)])
     for lane in range(20):
         drawer.draw(alone, np.zeros(1, dtype=np.int64), [np.random.default_rng(lane)])
-        assert step_of_lane(alone, 0, robot) == step_of_lane(together, lane, robot)
+        assert alone.step_of(0, robot) == together.step_of(lane, robot)
 
 
 @pytest.mark.parametrize("model", ["assigned", "least"])

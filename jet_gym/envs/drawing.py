@@ -23,7 +23,23 @@ from numpy.typing import NDArray
 from jet_gym.balance import BalanceParameters, Stance, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.courses import CARTON_LENGTH, CARTON_WIDTH
-from jet_gym.envs.lanes import Lanes, compiled_arc_point, lane_arc, lane_sole
+from jet_gym.envs.lanes import (
+    APEX,
+    ATTITUDE,
+    LANDING,
+    PELVIS,
+    POINT,
+    POINTS,
+    SIDE,
+    START,
+    SUPPORT,
+    THRUST,
+    VIOLATED,
+    Lanes,
+    lay_arc,
+    swing_sole,
+    three,
+)
 from jet_gym.posture_state import posture_at
 from jet_gym.robot import Leg, Robot, Trunk, Vector
 from jet_gym.step import NOMINAL_KNEE_BEND
@@ -80,7 +96,7 @@ class StepDrawer:
             for row, which in zip(uniform, waiting.tolist(), strict=True):
                 generators[which].random(out=row)
             drawn = np.zeros(len(waiting), dtype=np.bool_)
-            draw_steps(*self._numbers, uniform, lanes, selected[waiting], drawn)
+            draw_steps(*self._numbers, uniform, lanes.array, selected[waiting], drawn)
             waiting = waiting[~drawn]
 
 
@@ -94,7 +110,7 @@ def draw_steps(
     hip_offset: float,
     standing_height: float,
     numbers: Array,
-    lanes: Lanes,
+    lanes: Array,
     selected: NDArray[np.int64],
     drawn: NDArray[np.bool_],
 ) -> None:
@@ -109,39 +125,32 @@ def draw_steps(
         hip_offset: Horizontal distance from the pelvis origin to a hip [m].
         standing_height: Height of the nominal pelvis above the soles [m].
         numbers: Uniform random numbers (M, TRIES, NUMBERS) in [0, 1).
-        lanes: The lanes.
+        lanes: The lanes (N, LANE_WIDTH).
         selected: Lanes to begin (M,).
         drawn: Receives whether one of the tries was feasible (M,).
     """
     for i in range(len(selected)):
-        lane = selected[i]
+        row = lanes[selected[i]]
         for attempt in range(numbers.shape[1]):
-            _propose(difficulty, numbers[i, attempt], lanes, lane)
-            if lanes.swing_is_left[lane]:
-                feasible = _feasible(left, right, 1.0, trunk, balance, lanes, lane)
+            _propose(difficulty, numbers[i, attempt], row)
+            if row[SIDE] > 0.0:
+                feasible = _feasible(left, right, trunk, balance, row)
             else:
-                feasible = _feasible(right, left, -1.0, trunk, balance, lanes, lane)
+                feasible = _feasible(right, left, trunk, balance, row)
             if feasible:
-                start, support = lanes.start[lane], lanes.support[lane]
-                pelvis = _nominal_pelvis(
-                    (start[0], start[1], start[2]),
-                    (support[0], support[1], support[2]),
-                    hip_offset,
-                    standing_height,
-                )
-                lanes.pelvis[lane, 0], lanes.pelvis[lane, 1], lanes.pelvis[lane, 2] = pelvis
-                lanes.point[lane], lanes.thrust[lane], lanes.violated[lane] = 0, 0.0, False
+                pelvis = _nominal_pelvis(three(row, START), three(row, SUPPORT), hip_offset, standing_height)
+                row[PELVIS], row[PELVIS + 1], row[PELVIS + 2] = pelvis
+                row[POINT], row[THRUST], row[VIOLATED] = 0.0, 0.0, 0.0
+                row[ATTITUDE], row[ATTITUDE + 1] = 0.0, 0.0
                 drawn[i] = True
                 break
 
 
 @inlined
-def _propose(difficulty: float, u: Array, lanes: Lanes, lane: int) -> None:
+def _propose(difficulty: float, u: Array, row: Array) -> None:
     """Write the step that ten random numbers stand for into a lane."""
     side = 1.0 if u[0] < 0.5 else -1.0
-    lanes.swing_is_left[lane] = u[0] < 0.5
     support_y = -0.5 * side * _STANCE
-    lanes.support[lane, 0], lanes.support[lane, 1], lanes.support[lane, 2] = 0.0, support_y, 0.0
     start_x = 0.16 * (u[1] - 0.5) * difficulty
     start_y = _STANCE + 0.12 * u[2] * difficulty
     start_z = 0.06 * (u[3] - 0.5) * difficulty
@@ -150,50 +159,43 @@ def _propose(difficulty: float, u: Array, lanes: Lanes, lane: int) -> None:
     landing_x, landing_y = distance * math.sin(angle), distance * math.cos(angle)
     cartons_overlap = (abs(landing_x - start_x) < CARTON_LENGTH) & (abs(landing_y - start_y) < CARTON_WIDTH)
     landing_z = start_z if cartons_overlap else 0.12 * (u[6] - 0.5) * difficulty
-    lanes.start[lane, 0], lanes.start[lane, 1], lanes.start[lane, 2] = start_x, support_y + side * start_y, start_z
-    lanes.landing[lane, 0], lanes.landing[lane, 1] = landing_x, support_y + side * landing_y
-    lanes.landing[lane, 2] = landing_z
-    lanes.apex[lane] = 0.05 + 0.07 * u[7]
-    lanes.points[lane] = LEAST_POINTS + int((MOST_POINTS + 1 - LEAST_POINTS) * u[8])
+    row[SIDE] = side
+    row[SUPPORT], row[SUPPORT + 1], row[SUPPORT + 2] = 0.0, support_y, 0.0
+    row[START], row[START + 1], row[START + 2] = start_x, support_y + side * start_y, start_z
+    row[LANDING], row[LANDING + 1], row[LANDING + 2] = landing_x, support_y + side * landing_y, landing_z
+    row[APEX] = 0.05 + 0.07 * u[7]
+    row[POINTS] = LEAST_POINTS + int((MOST_POINTS + 1 - LEAST_POINTS) * u[8])
+    lay_arc(row)
 
 
 @inlined
-def _feasible(
-    swing_leg: Leg,
-    support_leg: Leg,
-    side: float,
-    trunk: Trunk,
-    balance: BalanceParameters,
-    lanes: Lanes,
-    lane: int,
-) -> bool:
+def _feasible(swing_leg: Leg, support_leg: Leg, trunk: Trunk, balance: BalanceParameters, row: Array) -> bool:
     """Check a proposed step: long enough, no feet that overlap, a posture at both ends and half way."""
-    start, landing = lanes.start[lane], lanes.landing[lane]
+    start, landing, support, last = three(row, START), three(row, LANDING), three(row, SUPPORT), row[POINTS] - 1.0
     dx, dy, dz = landing[0] - start[0], landing[1] - start[1], landing[2] - start[2]
     if dx * dx + dy * dy + dz * dz < _LEAST_STEP * _LEAST_STEP:
         return False
-    support = (lanes.support[lane, 0], lanes.support[lane, 1], lanes.support[lane, 2])
-    arc, last = lane_arc(lanes, lane), lanes.points[lane] - 1
-    checks = max(last + 1, PATH_CHECKS)
+    checks, apart = max(int(last) + 1, PATH_CHECKS), 1e300
     for k in range(checks):
-        if _overlap(swing_leg, support_leg, compiled_arc_point(arc, k / (checks - 1)), support):
-            return False
-    for point in (last, last // 2, 0):
-        stance = stance_of(
-            swing_leg, support_leg, side, balance.zmp_margin, lane_sole(lanes, lane, arc, point), support
-        )
+        apart = min(apart, _distance(swing_leg, support_leg, swing_sole(row, k / (checks - 1)), support))
+    if apart < 0.0:
+        return False
+    for point in (last, last // 2, 0.0):
+        sole = swing_sole(row, point / last)
+        stance = stance_of(swing_leg, support_leg, row[SIDE], balance.zmp_margin, sole, support)
         if not _posture_exists(swing_leg, support_leg, trunk, balance, stance):
             return False
     return True
 
 
 @inlined
-def _overlap(swing_leg: Leg, support_leg: Leg, swing_sole: Vector, support_sole: Vector) -> bool:
+def _distance(swing_leg: Leg, support_leg: Leg, swing_sole: Vector, support_sole: Vector) -> float:
+    """Return how far the feet are apart along x or y, whichever is more [m]; negative where they overlap."""
     a, b = swing_leg.sole_rectangle, support_leg.sole_rectangle
     dx, dy = swing_sole[0] - support_sole[0], swing_sole[1] - support_sole[1]
-    apart_x = (dx + a[1] <= b[0]) | (b[1] <= dx + a[0])
-    apart_y = (dy + a[3] <= b[2]) | (b[3] <= dy + a[2])
-    return not (apart_x | apart_y)
+    apart_x = max(b[0] - (dx + a[1]), dx + a[0] - b[1])
+    apart_y = max(b[2] - (dy + a[3]), dy + a[2] - b[3])
+    return max(apart_x, apart_y)
 
 
 @entry_point

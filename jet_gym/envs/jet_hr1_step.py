@@ -12,11 +12,11 @@ from gymnasium.utils import EzPickle
 from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.balance import ThrustModel
-from jet_gym.constraints import violation_names
-from jet_gym.envs.lanes import Transition, begin, empty_lanes, empty_transition, step_of_lane
+from jet_gym.envs.lanes import Lanes
 from jet_gym.envs.model import RewardForm, TaskModel
 from jet_gym.envs.physics import BulletPhysics
 from jet_gym.envs.picture import Picture, Scene
+from jet_gym.envs.transition import Transition
 from jet_gym.errors import SettingsError, require_number
 from jet_gym.step import Step
 from jet_gym.urdf import Array
@@ -201,9 +201,8 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
             else None
         )
         self._picture: Picture | None = None
-        self._lanes = empty_lanes(1)
-        self._attitude = np.zeros((1, 2))
-        self._last: Transition | None = None
+        self._lanes, self._transition = Lanes(1), Transition(1)
+        self._chosen = False  # whether the transition is of this episode
         self._last_info: dict[str, Any] = {}
         self._running = False
 
@@ -212,7 +211,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
         """The step of this episode."""
         if self._lanes.points[0] == 0:
             raise ResetNeeded("there is no step before the first reset()")
-        return step_of_lane(self._lanes, 0, self.model.robot)
+        return self._lanes.step_of(0, self.model.robot)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -234,13 +233,12 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
         if step is None:
             self.model.drawer.draw(self._lanes, _ONLY_LANE, [self.np_random])
         else:
-            begin(self._lanes, 0, step)
-        self._attitude[:] = 0.0
+            self._lanes.begin(_ONLY_LANE, step)
         if self._physics is not None:
-            self._attitude[0] = self._physics.reset(self.current_step)
+            self._lanes.attitude[0] = self._physics.reset(self.current_step)
         if self._picture is not None:
             self._picture.begin()
-        self._last, self._last_info = None, {}
+        self._chosen, self._last_info = False, {}
         self._running = True
         if self.render_mode == "human":
             self.render()
@@ -261,28 +259,25 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
         """
         if not self._running:
             raise ResetNeeded("the episode has not begun or is over; call reset()")
-        chosen = np.asarray(action, dtype=np.float64)
-        if chosen.shape != (3,):
-            raise ValueError(f"the action must have shape (3,), not {chosen.shape}")
-        chosen = self.model.check_actions(chosen[None], 1)
-        result = empty_transition(1)
-        self.model.advance(self._lanes, chosen, 0, 1, result)
-        reward, terms = float(self.model.rewards(result)[0]), self.model.named_reward_terms(result)
+        chosen = self.model.check_actions(action, (3,))
+        self.model.advance(self._lanes, chosen[None], _ONLY_LANE, self._transition)
+        reward = float(self.model.rewards(self._transition)[0])
+        info = self._transition.info()
+        terms = self.model.reward_terms(self._transition)[:, 0].tolist()
+        info["reward_terms"] = dict(zip(self.model.reward_names, terms, strict=True))
         terminated = bool(self._lanes.point[0] >= self._lanes.points[0])
         success = terminated and not self._lanes.violated[0]
-        info = self._info(result)
-        info["reward_terms"] = {name: float(value[0]) for name, value in terms.items()}
         if self._physics is not None:
             points_left = int(self._lanes.points[0] - self._lanes.point[0])
             first = self._lanes.point[0] == 1
-            outcome = self._physics.advance(result, first, points_left, info["reward_terms"])
-            self._attitude[0] = outcome.attitude
+            outcome = self._physics.advance(self._transition, first, points_left, info["reward_terms"])
+            self._lanes.attitude[0] = outcome.attitude
             info.update(outcome.info)
             info["reward_terms"] = outcome.reward_terms
             reward = float(sum(outcome.reward_terms.values()))
             terminated = terminated or outcome.fallen
             success = success and not outcome.fallen
-        self._last, self._last_info = result, info
+        self._chosen, self._last_info = True, info
         if terminated:
             info["is_success"] = bool(success)
             self._running = False
@@ -298,7 +293,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
         task = self.model.settings
         half = task.first_range if self._lanes.point[0] == 0 else task.later_range
         action = (np.asarray(pelvis, dtype=np.float64) - self._lanes.pelvis[0]) / half
-        action[1] *= 1.0 if self._lanes.swing_is_left[0] else -1.0
+        action[1] *= self._lanes.side[0]
         return np.asarray(action)
 
     def render(self) -> NDArray[np.uint8] | None:
@@ -318,7 +313,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
         scene = Scene(
             step=self.current_step,
             point=int(self._lanes.point[0]) - 1,
-            transition=self._last,
+            transition=self._transition if self._chosen else None,
             zmp=info.get("measured_zmp", info.get("zmp")),
             thrust=float(info.get("measured_thrust", info.get("thrust", 0.0))),
         )
@@ -337,21 +332,5 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
 
     def _observe(self) -> NDArray[np.float32]:
         observations = self.model.empty_observations(1)
-        self.model.observe(self._lanes, self._attitude, _ONLY_LANE, observations)
+        self.model.observe(self._lanes, _ONLY_LANE, observations)
         return np.asarray(observations[0])
-
-    def _info(self, result: Transition) -> dict[str, Any]:
-        """Return the model's part of the info."""
-        return {
-            "thrust": float(result.thrust[0]),
-            "fitness": float(result.fitness[0]),
-            "fitness_terms": {f"f{i + 1}": float(result.fitness_terms[0, i]) for i in range(4)},
-            "reward_terms": {},
-            "pelvis": result.pelvis[0],
-            "joint_positions": result.joint_positions[0],
-            "com": result.com[0],
-            "zmp": result.zmp[0],
-            "assigned_zmp": result.assigned_zmp[0],
-            "edge_angle": float(result.edge_angle[0]),
-            "violations": violation_names(int(result.violations[0])),
-        }

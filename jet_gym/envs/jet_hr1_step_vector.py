@@ -13,17 +13,14 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from jet_gym.constraints import CONSTRAINT_NAMES, violation_names
-from jet_gym.envs.lanes import Lanes, Transition, begin, empty_lanes, empty_transition
+from jet_gym.envs.lanes import Lanes
 from jet_gym.envs.model import TaskModel
 from jet_gym.envs.registration import MAX_EPISODE_STEPS
+from jet_gym.envs.transition import Transition
 from jet_gym.step import Step
 from jet_gym.threads import available_cores
 
 _LANES_PER_THREAD = 512
-_NAMES_OF_FLAGS = np.empty(2 * max(CONSTRAINT_NAMES), dtype=object)
-for _flags in range(len(_NAMES_OF_FLAGS)):
-    _NAMES_OF_FLAGS[_flags] = violation_names(_flags)
 
 Observations = NDArray[np.float32]
 Rewards = NDArray[np.float64]
@@ -86,10 +83,9 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.render_mode = None
         self._max_episode_steps = max_episode_steps
-        self._lanes: Lanes = empty_lanes(num_envs)
+        self._lanes, self._transition = Lanes(num_envs), Transition(num_envs)
         self._elapsed = np.zeros(num_envs, dtype=np.int64)
         self._over = np.ones(num_envs, dtype=np.bool_)  # lanes that wait for their reset
-        self._attitude = np.zeros((num_envs, 2))
         self._generators: list[np.random.Generator] = [seeded_generator(None)[0] for _ in range(num_envs)]
         wanted = threads if threads is not None else min(available_cores(), num_envs // _LANES_PER_THREAD)
         self._threads = max(1, wanted)
@@ -144,26 +140,37 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
             raise ResetNeeded("call reset() before step()")
         if self.autoreset_mode == AutoresetMode.DISABLED and self._over.any():
             raise ResetNeeded(f"lanes {np.flatnonzero(self._over)[:8].tolist()} ended; reset them by reset_mask")
-        chosen = self._model.check_actions(actions, self.num_envs)
-        resetting = np.flatnonzero(self._over)  # NEXT_STEP: these lanes only begin anew
-        result = empty_transition(self.num_envs)
-        self._in_threads(lambda lanes: self._model.advance(self._lanes, chosen, lanes[0], lanes[-1] + 1, result))
+        chosen = self._model.check_actions(actions, (self.num_envs, 3))
+        waiting = np.flatnonzero(self._over)  # NEXT_STEP: these lanes only begin anew
         self._elapsed += 1
-        rewards = self._model.rewards(result)
-        terminations = self._lanes.point >= self._lanes.points
+        terminations = self._lanes.point + 1.0 >= self._lanes.points
         truncations = (self._elapsed >= self._max_episode_steps) & ~terminations
-        rewards[resetting], terminations[resetting], truncations[resetting] = 0.0, False, False
+        terminations[waiting], truncations[waiting] = False, False
         over = terminations | truncations
-        infos = self._infos(result, terminations, over, resetting)
-        if self.autoreset_mode != AutoresetMode.SAME_STEP:
-            self._begin(resetting, None)
+        ending = np.flatnonzero(over)
+        same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
+        observations = self._model.empty_observations(self.num_envs)
+        final, success = np.empty((len(ending), observations.shape[1]), np.float32), np.zeros_like(over)
+
+        def advance(share: NDArray[np.int64]) -> None:
+            self._model.advance(self._lanes, chosen, share, self._transition)
+            ends = _part(ending, share)
+            success[ending[ends]] = self._lanes.violated[ending[ends]] == 0.0
+            if same_step:
+                self._model.observe(self._lanes, share, observations)
+                final[ends] = observations[ending[ends]]
+                share = ending[ends]
+            self._begin(share if same_step else waiting[_part(waiting, share)], None)
+            self._model.observe(self._lanes, share, observations)
+
+        self._in_threads(advance)
+        rewards = self._model.rewards(self._transition)
+        rewards[waiting] = 0.0
+        infos = self._infos(ending, waiting, terminations, success)
+        if same_step and len(ending):
+            infos["final_obs"], infos["_final_obs"] = _as_objects(final, ending, self.num_envs), over.copy()
+        elif not same_step:
             self._over = over
-            return self._observe(), rewards, terminations, truncations, infos
-        observations, ended = self._observe(), np.flatnonzero(over)
-        if len(ended):
-            infos["final_obs"], infos["_final_obs"] = _packed_observations(observations, over), over.copy()
-            self._begin(ended, None)
-            self._model.observe(self._lanes, self._attitude, ended, observations)
         return observations, rewards, terminations, truncations, infos
 
     def close_extras(self, **_: Any) -> None:
@@ -203,48 +210,40 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
             return
         step = step or self._model.step
         if step is None:
-            self._model.drawer.draw(self._lanes, selected, [self._generators[lane] for lane in selected])
+            self._model.drawer.draw(self._lanes, selected, [self._generators[lane] for lane in selected.tolist()])
         else:
-            for lane in selected:
-                begin(self._lanes, lane, step)
+            self._lanes.begin(selected, step)
         self._elapsed[selected], self._over[selected] = 0, False
 
     def _observe(self) -> Observations:
         observations = self._model.empty_observations(self.num_envs)
-        self._in_threads(lambda lanes: self._model.observe(self._lanes, self._attitude, lanes, observations))
+        self._in_threads(lambda share: self._model.observe(self._lanes, share, observations))
         return observations
 
     def _infos(
-        self, result: Transition, terminations: Flags, over: Flags, resetting: NDArray[np.int64]
+        self, ending: NDArray[np.int64], waiting: NDArray[np.int64], terminations: Flags, success: Flags
     ) -> dict[str, Any]:
-        """Return the infos of all lanes; those of lanes that are reset in this step go to ``final_info``."""
-        present = np.ones(self.num_envs, dtype=np.bool_)
-        present[resetting] = False
-        values = self._values(result)
-        same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
-        success = {"is_success": terminations & ~self._lanes.violated}
-        if not over.any():
-            return _packed(values, present) if present.any() else {}
-        if not same_step:
-            return _packed(values, present) | (_packed(success, terminations) if terminations.any() else {})
-        final = _packed(values, over) | (_packed(success, terminations) if terminations.any() else {})
-        going_on = _packed(values, ~over) if not over.all() else {}
-        return going_on | {"final_info": final, "_final_info": over.copy()}
+        """Return the infos of all lanes; those of lanes that are reset in this step go to ``final_info``.
 
-    def _values(self, result: Transition) -> dict[str, Any]:
-        return {
-            "thrust": result.thrust,
-            "fitness": result.fitness,
-            "fitness_terms": {f"f{i + 1}": result.fitness_terms[:, i] for i in range(4)},
-            "reward_terms": self._model.named_reward_terms(result),
-            "pelvis": result.pelvis,
-            "joint_positions": result.joint_positions,
-            "com": result.com,
-            "zmp": result.zmp,
-            "assigned_zmp": result.assigned_zmp,
-            "edge_angle": result.edge_angle,
-            "violations": _NAMES_OF_FLAGS[result.violations],
-        }
+        They are packed as Gymnasium does: what is not there is zero or ``None``, and a mask tells what is.
+        """
+        if len(waiting) == self.num_envs:
+            return {}
+        values = self._transition.infos()
+        terms = self._model.reward_terms(self._transition)
+        values["reward_terms"] = dict(zip(self._model.reward_names, terms, strict=True))
+        successes = {"is_success": success & terminations}
+        successes = _with_masks(successes, terminations.copy()) if terminations.any() else {}
+        if self.autoreset_mode != AutoresetMode.SAME_STEP:
+            _erase(values, waiting)
+            return _with_masks(values, _mask(waiting, self.num_envs, invert=True)) | successes
+        if len(ending) == 0:
+            return _with_masks(values, np.ones(self.num_envs, dtype=np.bool_))
+        ended = _mask(ending, self.num_envs)
+        final = _with_masks(_only(values, ending), ended) | successes
+        _erase(values, ending)
+        going_on = _with_masks(values, ~ended) if len(ending) < self.num_envs else {}
+        return going_on | {"final_info": final, "_final_info": ended.copy()}
 
     def _in_threads(self, work: Callable[[NDArray[np.int64]], None]) -> None:
         """Do work on shares of the lanes side by side."""
@@ -252,33 +251,59 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
             work(self._shares[0])
             return
         if self._pool is None:
-            self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix="jet_gym")
-        list(self._pool.map(work, self._shares))
+            self._pool = ThreadPoolExecutor(self._threads - 1, thread_name_prefix="jet_gym")
+        others = [self._pool.submit(work, share) for share in self._shares[1:]]
+        work(self._shares[0])
+        for other in others:
+            other.result()
 
 
-def _packed(values: dict[str, Any], present: Flags) -> dict[str, Any]:
-    """Return values and their masks as Gymnasium packs infos: what is not present is zero or ``None``."""
+def _part(selected: NDArray[np.int64], share: NDArray[np.int64]) -> slice:
+    """Return where the ascending selected lanes are of a share of consecutive lanes."""
+    first, last = np.searchsorted(selected, (share[0], share[-1] + 1))
+    return slice(first, last)
+
+
+def _mask(selected: NDArray[np.int64], count: int, *, invert: bool = False) -> Flags:
+    mask = np.full(count, invert)
+    mask[selected] = not invert
+    return mask
+
+
+def _with_masks(values: dict[str, Any], present: Flags) -> dict[str, Any]:
+    """Return values, each with the mask of the lanes that it is there for."""
     infos: dict[str, Any] = {}
     for name, value in values.items():
-        infos[name] = _packed(value, present) if isinstance(value, dict) else _only(value, present)
-        infos[f"_{name}"] = present.copy()
+        infos[name] = _with_masks(value, present) if isinstance(value, dict) else value
+        infos[f"_{name}"] = present
     return infos
 
 
-def _only(value: NDArray[Any], present: Flags) -> NDArray[Any]:
-    nothing = None if value.dtype == object else 0
-    if 2 * np.count_nonzero(present) > len(present):
-        packed = np.array(value, order="C")
-        packed[~present] = nothing
-    else:
-        packed = np.full(value.shape, nothing, dtype=value.dtype)
-        packed[present] = value[present]
-    return packed
+def _only(values: dict[str, Any], selected: NDArray[np.int64]) -> dict[str, Any]:
+    """Return what values are in the selected lanes, and zero or ``None`` elsewhere."""
+    kept: dict[str, Any] = {}
+    for name, value in values.items():
+        if isinstance(value, dict):
+            kept[name] = _only(value, selected)
+        else:
+            nothing = np.full(value.shape, None) if value.dtype == object else np.zeros(value.shape, value.dtype)
+            nothing[selected] = value[selected]
+            kept[name] = nothing
+    return kept
 
 
-def _packed_observations(observations: Observations, present: Flags) -> NDArray[Any]:
-    """Return an array of observations as objects, ``None`` where there is none, as Gymnasium packs them."""
-    packed = np.full(len(observations), None, dtype=object)
-    for lane in np.flatnonzero(present).tolist():
-        packed[lane] = observations[lane].copy()
+def _erase(values: dict[str, Any], selected: NDArray[np.int64]) -> None:
+    """Write zero or ``None`` into the selected lanes."""
+    for value in values.values():
+        if isinstance(value, dict):
+            _erase(value, selected)
+        else:
+            value[selected] = None if value.dtype == object else 0
+
+
+def _as_objects(observations: Observations, selected: NDArray[np.int64], count: int) -> NDArray[Any]:
+    """Return the selected lanes' observations as Gymnasium packs them: objects, ``None`` where there is none."""
+    packed = np.full(count, None)
+    for lane, observation in zip(selected.tolist(), observations, strict=True):
+        packed[lane] = observation
     return packed

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any, Literal, TypeAlias, cast, get_args
 
 import numpy as np
@@ -10,14 +9,15 @@ from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.balance import BalanceSettings, ThrustModel
+from jet_gym.envs.advance import advance
 from jet_gym.envs.drawing import StepDrawer
-from jet_gym.envs.lanes import Lanes, Transition, advance
+from jet_gym.envs.lanes import Lanes
 from jet_gym.envs.observation import HIGH, LOW, observe
 from jet_gym.envs.packing import TaskNumbers, pack
 from jet_gym.envs.settings import REWARD_TERMS, TaskSettings
+from jet_gym.envs.transition import Transition
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
-from jet_gym.kinematics import axis_signs, range_middles
 from jet_gym.robot import jet_hr1
 from jet_gym.step import Step
 from jet_gym.urdf import Array
@@ -62,9 +62,13 @@ class TaskModel:
         parameters = self.fitness.parameters()
         task = self.settings.parameters()
         left, right, trunk = self.robot.left, self.robot.right, self.robot.trunk
-        self._left_swing = pack(TaskNumbers(left, right, trunk, 1.0, self._balance, parameters, task))
-        self._right_swing = pack(TaskNumbers(right, left, trunk, -1.0, self._balance, parameters, task))
-        self._middles, self._axis_signs = range_middles(self.robot), axis_signs(self.robot)
+        self._numbers: Array = np.array(
+            [
+                pack(TaskNumbers(left, right, trunk, 1.0, self._balance, parameters, task)),
+                pack(TaskNumbers(right, left, trunk, -1.0, self._balance, parameters, task)),
+            ]
+        )
+        self.reward_names = REWARD_TERMS if reward == "graded" else FITNESS_TERMS
         self.drawer = StepDrawer(self.robot, self._balance, self.settings.difficulty)
 
     @property
@@ -110,57 +114,35 @@ class TaskModel:
         return np.empty((count, len(LOW)), dtype=np.float32)
 
     @staticmethod
-    def check_actions(actions: ArrayLike, count: int) -> Array:
-        """Return actions (count, 3) as numbers that compiled code takes.
+    def check_actions(actions: ArrayLike, shape: tuple[int, ...]) -> Array:
+        """Return actions as numbers that compiled code takes.
 
         Raises:
             ValueError: If the shape is wrong or a number is not finite.
         """
         chosen = np.ascontiguousarray(actions, dtype=np.float64)
-        if chosen.shape != (count, 3):
-            raise ValueError(f"actions must have shape ({count}, 3), not {chosen.shape}")
+        if chosen.shape != shape:
+            raise ValueError(f"actions must have shape {shape}, not {chosen.shape}")
         if not np.isfinite(chosen).all():
             raise ValueError("actions must be finite")
         return chosen
 
-    def advance(self, lanes: Lanes, actions: Array, first: int, last: int, result: Transition) -> None:
-        """Take actions (N, 3) in the lanes from ``first`` up to ``last``."""
-        for numbers, chosen in self._by_swing_leg(lanes, np.arange(first, last)):
-            advance(numbers, lanes, actions, chosen, result)
-        angles = np.arctan2(result.joint_sines[first:last], result.joint_cosines[first:last])
-        angles += self._middles
-        np.multiply(angles, self._axis_signs, out=result.joint_positions[first:last])
+    def advance(self, lanes: Lanes, actions: Array, selected: NDArray[np.int64], transition: Transition) -> None:
+        """Take actions (N, 3) in the selected lanes."""
+        advance(self._numbers, lanes.array, actions, selected, transition.array)
 
-    def observe(
-        self, lanes: Lanes, attitude: Array, selected: NDArray[np.int64], observations: NDArray[np.float32]
-    ) -> None:
-        """Observe the selected lanes into their rows; ``attitude`` is roll and pitch (N, 2) [rad]."""
-        for numbers, chosen in self._by_swing_leg(lanes, selected):
-            observe(numbers, lanes, attitude, chosen, observations)
+    def observe(self, lanes: Lanes, selected: NDArray[np.int64], observations: NDArray[np.float32]) -> None:
+        """Observe the selected lanes into their rows."""
+        observe(self._numbers, lanes.array, selected, observations)
 
-    def _by_swing_leg(self, lanes: Lanes, selected: NDArray[np.int64]) -> Iterator[tuple[Array, NDArray[np.int64]]]:
-        """Go through the selected lanes whose left leg swings, and then the others, with the task's numbers."""
-        if len(selected) == 1:
-            yield self._left_swing if lanes.swing_is_left[selected[0]] else self._right_swing, selected
-            return
-        is_left = lanes.swing_is_left[selected]
-        yield self._left_swing, selected[is_left]
-        yield self._right_swing, selected[~is_left]
-
-    def rewards(self, result: Transition) -> Array:
+    def rewards(self, transition: Transition) -> Array:
         """Return the rewards (N,) of a quasi-static transition."""
-        if self.reward == "graded":
-            return np.array(result.graded)
-        rewards: Array = result.fitness * (-1.0 / self.fitness_scale)
-        return rewards
+        return np.array(transition.graded if self.reward == "graded" else transition.fitness / -self.fitness_scale)
 
-    def named_reward_terms(self, result: Transition) -> dict[str, Array]:
-        """Return the terms (N,) of the reward by name; they sum to it."""
-        if self.reward == "graded":
-            return {name: result.reward_terms[:, i] for i, name in enumerate(REWARD_TERMS)}
-        return {
-            name: result.fitness_terms[:, i] * (-1.0 / self.fitness_scale) for i, name in enumerate(FITNESS_TERMS)
-        }
+    def reward_terms(self, transition: Transition) -> Array:
+        """Return the terms of the reward (len(reward_names), N); they sum to it."""
+        graded, fitness = transition.graded_terms, transition.fitness_terms
+        return np.array(graded if self.reward == "graded" else fitness / -self.fitness_scale)
 
     def read_options(self, options: dict[str, Any] | None) -> Step | None:
         """Return the step that reset options ask for.

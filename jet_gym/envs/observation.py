@@ -8,9 +8,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.balance import BalanceParameters, edge_undefined, stance_of
+from jet_gym.balance import BalanceParameters, Stance, edge_undefined, stance_of
 from jet_gym.compilation import entry_point, inlined
-from jet_gym.envs.lanes import Lanes, lane_arc, lane_sole
+from jet_gym.envs.lanes import (
+    ATTITUDE,
+    LANDING,
+    LANE_WIDTH,
+    PELVIS,
+    POINT,
+    POINTS,
+    SUPPORT,
+    THRUST,
+    gather,
+    lanes_of_side,
+    swing_sole,
+    three,
+)
 from jet_gym.envs.packing import unpack
 from jet_gym.posture_block import (
     BLOCK,
@@ -19,10 +32,11 @@ from jet_gym.posture_block import (
     FOUND_ROWS,
     FOUND_THRUST,
     GIVEN_ROWS,
-    evaluate_blocks,
+    evaluate_block,
     put,
 )
 from jet_gym.robot import Leg, Vector
+from jet_gym.trigonometry import arctangent
 from jet_gym.urdf import Array
 
 
@@ -62,89 +76,90 @@ LOW = np.array([component.low for component in COMPONENTS], dtype=np.float32)
 HIGH = np.array([component.high for component in COMPONENTS], dtype=np.float32)
 
 _POINTS_UNIT = 30.0
-_ROLL, _PITCH = len(COMPONENTS) - 2, len(COMPONENTS) - 1
+_WIDTH = len(COMPONENTS)
 
 
 @entry_point
-def observe(
-    numbers: Array,
-    lanes: Lanes,
-    attitude: Array,
-    selected: NDArray[np.int64],
-    observations: NDArray[np.float32],
-) -> None:
-    """Observe some lanes, all of one swing leg, before their next action.
+def observe(numbers: Array, lanes: Array, selected: NDArray[np.int64], observations: NDArray[np.float32]) -> None:
+    """Observe some lanes before their next action.
 
     Args:
-        numbers: The task with this swing leg, packed.
-        lanes: The lanes, N of them.
-        attitude: Measured roll and pitch of the pelvis (N, 2) [rad], about its own forward and left axes.
+        numbers: The task with left and with right swing, each packed (2, ...).
+        lanes: The lanes (N, LANE_WIDTH).
         selected: Which lanes.
         observations: Receives their observations (N, len(COMPONENTS)), each in its lane's row.
     """
-    swing_leg, support_leg, trunk, side, balance, _, _ = unpack(numbers)
-    givens, founds = np.zeros((1, GIVEN_ROWS, BLOCK)), np.empty((1, FOUND_ROWS, BLOCK))
-    flags = np.empty((1, BLOCK), np.int64)
-    given, found = givens[0], founds[0]
-    for start in range(0, len(selected), BLOCK):
-        size = min(BLOCK, len(selected) - start)
-        for column in range(size):
-            lane = selected[start + column]
-            row = observations[lane]
-            sole = _observe_path(lanes, lane, side, row)
-            support = (lanes.support[lane, 0], lanes.support[lane, 1], lanes.support[lane, 2])
-            stance = stance_of(swing_leg, support_leg, side, balance.zmp_margin, sole, support)
-            pelvis = (lanes.pelvis[lane, 0], lanes.pelvis[lane, 1], lanes.pelvis[lane, 2])
-            put(given, column, stance, pelvis)
-            row[21] = _extension(swing_leg, pelvis, stance.cos_yaw, stance.sin_yaw, stance.swing_ankle)
-            row[22] = _extension(support_leg, pelvis, stance.cos_yaw, stance.sin_yaw, stance.support_ankle)
-            row[24] = min(max(lanes.thrust[lane] / balance.max_thrust, 0.0), 1.0)
-            row[_ROLL] = _clip(side * attitude[lane, 0], math.pi)
-            row[_PITCH] = _clip(attitude[lane, 1], math.pi)
-        evaluate_blocks(swing_leg, support_leg, trunk, balance, givens, founds, flags)
-        for column in range(size):
-            lane = selected[start + column]
-            _observe_balance(balance, lanes, lane, side, found, column, observations[lane])
+    state, rows = np.zeros((LANE_WIDTH, BLOCK)), np.zeros((_WIDTH, BLOCK))
+    given, found = np.zeros((GIVEN_ROWS, BLOCK)), np.empty((FOUND_ROWS, BLOCK))
+    flags = np.empty(BLOCK, np.int64)
+    for which in range(2):
+        swing_leg, support_leg, trunk, side, balance, _, _ = unpack(numbers[which])
+        chosen = lanes_of_side(lanes, selected, side)
+        for start in range(0, len(chosen), BLOCK):
+            count = min(BLOCK, len(chosen) - start)
+            gather(lanes, chosen, start, count, state)
+            for i in range(BLOCK):
+                lane, row = state[:, i], rows[:, i]
+                sole = _observe_path(lane, side, row)
+                stance = stance_of(swing_leg, support_leg, side, balance.zmp_margin, sole, three(lane, SUPPORT))
+                put(given, i, stance, three(lane, PELVIS))
+                _observe_robot(swing_leg, support_leg, side, balance, stance, lane, row)
+            evaluate_block(swing_leg, support_leg, trunk, balance, given, found, flags)
+            _observe_balance(balance, side, state, found, rows)
+            for column in range(count):
+                lane_index = chosen[start + column]
+                for component in range(_WIDTH):
+                    observations[lane_index, component] = rows[component, column]
 
 
 @inlined
-def _observe_path(lanes: Lanes, lane: int, side: float, row: NDArray[np.float32]) -> Vector:
+def _observe_path(lane: Array, side: float, row: Array) -> Vector:
     """Write what concerns the path; return the swing sole at the coming swing point."""
-    last = lanes.points[lane] - 1
-    point = min(lanes.point[lane], last)
-    support = (lanes.support[lane, 0], lanes.support[lane, 1], lanes.support[lane, 2])
-    pelvis = (lanes.pelvis[lane, 0], lanes.pelvis[lane, 1], lanes.pelvis[lane, 2])
-    landing = (lanes.landing[lane, 0], lanes.landing[lane, 1], lanes.landing[lane, 2])
-    arc = lane_arc(lanes, lane)
-    sole = lane_sole(lanes, lane, arc, point)
+    last = lane[POINTS] - 1.0
+    point = min(lane[POINT], last)
+    support = three(lane, SUPPORT)
+    sole = swing_sole(lane, point / last)
     row[0] = point / last
-    row[1] = 1.0 if lanes.point[lane] == 0 else 0.0
-    _write(row, 2, pelvis, support, side, 1.0, _POSITION)
+    row[1] = 1.0 if lane[POINT] == 0.0 else 0.0
+    _write(row, 2, three(lane, PELVIS), support, side, 1.0, _POSITION)
     _write(row, 5, sole, support, side, 1.0, _POSITION)
-    _write(row, 8, lane_sole(lanes, lane, arc, min(point + 1, last)), sole, side, _AHEAD, 10.0)
-    _write(row, 11, lane_sole(lanes, lane, arc, min(point + 3, last)), sole, side, _AHEAD, 10.0)
-    _write(row, 14, landing, support, side, 1.0, _POSITION)
+    _write(row, 8, swing_sole(lane, (point + 1.0) / last), sole, side, _AHEAD, 10.0)
+    _write(row, 11, swing_sole(lane, (point + 3.0) / last), sole, side, _AHEAD, 10.0)
+    _write(row, 14, three(lane, LANDING), support, side, 1.0, _POSITION)
     row[23] = min((last - point) / _POINTS_UNIT, 10.0)
     return sole
 
 
 @inlined
-def _observe_balance(
-    balance: BalanceParameters,
-    lanes: Lanes,
-    lane: int,
+def _observe_robot(
+    swing_leg: Leg,
+    support_leg: Leg,
     side: float,
-    found: Array,
-    column: int,
-    row: NDArray[np.float32],
+    balance: BalanceParameters,
+    stance: Stance,
+    lane: Array,
+    row: Array,
 ) -> None:
+    """Write how far the legs stretch, the last thrust and how the pelvis is inclined."""
+    pelvis = three(lane, PELVIS)
+    row[21] = _extension(swing_leg, pelvis, stance.cos_yaw, stance.sin_yaw, stance.swing_ankle)
+    row[22] = _extension(support_leg, pelvis, stance.cos_yaw, stance.sin_yaw, stance.support_ankle)
+    row[24] = min(max(lane[THRUST] / balance.max_thrust, 0.0), 1.0)
+    row[25] = _clip(side * lane[ATTITUDE], math.pi)
+    row[26] = _clip(lane[ATTITUDE + 1], math.pi)
+
+
+@inlined
+def _observe_balance(balance: BalanceParameters, side: float, state: Array, found: Array, rows: Array) -> None:
     """Write what the balance would be if the pelvis stayed."""
-    row[17] = _clip(found[COM, column] - lanes.support[lane, 0], _POSITION)
-    row[18] = _clip(side * (found[COM + 1, column] - lanes.support[lane, 1]), _POSITION)
-    row[19] = _clip(found[FOUND_THRUST, column] / balance.max_thrust, 3.0)
-    undefined = edge_undefined(found[EDGE + 2, column])
-    edge_angle = 0.0 if undefined else math.atan2(found[EDGE, column], found[EDGE + 1, column])
-    row[20] = _clip(side * edge_angle / math.atan(balance.edge_slope), 10.0)
+    edge_tolerance = math.atan(balance.edge_slope)
+    for i in range(BLOCK):
+        rows[17, i] = _clip(found[COM, i] - state[SUPPORT, i], _POSITION)
+        rows[18, i] = _clip(side * (found[COM + 1, i] - state[SUPPORT + 1, i]), _POSITION)
+        rows[19, i] = _clip(found[FOUND_THRUST, i] / balance.max_thrust, 3.0)
+        edge_angle = arctangent(found[EDGE, i], found[EDGE + 1, i])
+        edge_angle = 0.0 if edge_undefined(found[EDGE + 2, i]) else edge_angle
+        rows[20, i] = _clip(side * edge_angle / edge_tolerance, 10.0)
 
 
 @inlined
@@ -153,9 +168,7 @@ def _clip(value: float, bound: float) -> float:
 
 
 @inlined
-def _write(
-    row: NDArray[np.float32], column: int, point: Vector, origin: Vector, side: float, unit: float, bound: float
-) -> None:
+def _write(row: Array, column: int, point: Vector, origin: Vector, side: float, unit: float, bound: float) -> None:
     """Write a mirrored, clipped difference of two points."""
     row[column] = _clip((point[0] - origin[0]) / unit, bound)
     row[column + 1] = _clip(side * (point[1] - origin[1]) / unit, bound)

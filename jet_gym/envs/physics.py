@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jet_gym.constraints import JOINT_LIMITS, REACH
-from jet_gym.envs.lanes import Transition
 from jet_gym.envs.model import TaskModel
+from jet_gym.envs.transition import Transition
 from jet_gym.posture import Postures, evaluate_postures
 from jet_gym.step import Step
 from jet_gym.urdf import Array
