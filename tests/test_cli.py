@@ -145,3 +145,26 @@ def test_plan_file_is_plain_json(capsys: pytest.CaptureFixture[str]) -> None:
     run(["plan", "side", "--points", "20"])
     assert capsys.readouterr().err == ""
     assert json.loads(Path("plan.json").read_text())["robot"] == "jet_hr1"
+
+
+def test_ctrl_c_while_the_package_loads_is_one_sentence(tmp_path: Path) -> None:
+    """With a package in the place of ours that takes its time."""
+    import jet_gym_command
+
+    (tmp_path / "jet_gym").mkdir()
+    (tmp_path / "jet_gym" / "__init__.py").write_text("import time\nprint('loading', flush=True)\ntime.sleep(60)")
+    (tmp_path / "jet_gym_command.py").write_text(Path(jet_gym_command.__file__).read_text(encoding="utf-8"))
+    process = subprocess.Popen(
+        [sys.executable, "-c", "import jet_gym_command; jet_gym_command.main()"],
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=_mind_ctrl_c,  # noqa: PLW1509
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "loading\n"
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert error == "jet-gym: interrupted\n"
