@@ -115,7 +115,9 @@ class Camera:
             Pixels (..., 2), x from the left edge and y from the top edge, and depths (...) [m] along the line
             of sight.
         """
-        seen = (np.asarray(points) - self.eye) @ self.axes.T
+        given = np.asarray(points)
+        number = given.dtype if given.dtype == np.float32 else np.float64
+        seen = (given - self.eye.astype(number)) @ self.axes.T.astype(number)
         depth = np.maximum(seen[..., 2], self.settings.near)
         x = 0.5 * self.width * (1.0 + seen[..., 0] / (depth * self.slope_x))
         y = 0.5 * self.height * (1.0 - seen[..., 1] / (depth * self.slope_y))

@@ -121,7 +121,10 @@ class Renderer:
         floor, floor_depth = floor_points(self.camera, ground)
         picture = floor_colors(floor, floor_depth, middle, ditch_of(step))
         lit = np.hypot(floor[..., 0] - middle[0], floor[..., 1] - middle[1]) < _SHADOWS_REACH
-        picture[lit] = darken(picture[lit], shadow(floor[lit], self._light, light_depth))
+        share = np.zeros(lit.shape, dtype=np.float32)
+        share[lit] = shadow(floor[lit], self._light, light_depth)
+        dark = share > 0.0
+        picture[dark] = darken(picture[dark], share[dark])
 
         # Plinths go through the floor.
         above = shot.solid & (self.camera.heights(shot.depth) > ground - 1e-3)

@@ -10,6 +10,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter, minimum_filter
 
 from jet_gym.courses import CARTON_LENGTH, CARTON_WIDTH
 from jet_gym.simulation.camera import Camera, Pixels
@@ -120,13 +122,23 @@ def shadow(points: Pixels, light: Camera, light_depth: Pixels) -> Pixels:
     """
     pixels, depth = light.project(points)
     reach = depth.astype(np.float32) - np.float32(_BIAS)
-    shaded = np.zeros(len(points), dtype=np.float32)
-    around = [(math.cos(k * math.pi / 4.0), math.sin(k * math.pi / 4.0)) for k in range(8)]
-    for dx, dy in ((0.0, 0.0), *around):
-        x = np.clip(pixels[:, 0] + _SOFTNESS * dx, 0, light.width - 1).astype(np.int32)
-        y = np.clip(pixels[:, 1] + _SOFTNESS * dy, 0, light.height - 1).astype(np.int32)
-        shaded += light_depth[y, x] < reach
-    return np.asarray(shaded / (1 + len(around)), dtype=np.float32)
+    # Most points lie in front of all that the light sees around them, or behind it.
+    around = 2 * math.ceil(_SOFTNESS) + 1
+    x, y = _within(pixels[:, 0], light.width), _within(pixels[:, 1], light.height)
+    shaded = (reach > minimum_filter(light_depth, around)[y, x]).astype(np.float32)
+    unclear = np.flatnonzero((shaded > 0.0) & (reach <= maximum_filter(light_depth, around)[y, x]))
+    pixels, reach, total = pixels[unclear], reach[unclear], np.zeros(len(unclear), dtype=np.float32)
+    circle = [(math.cos(k * math.pi / 4.0), math.sin(k * math.pi / 4.0)) for k in range(8)]
+    for dx, dy in ((0.0, 0.0), *circle):
+        x = _within(pixels[:, 0] + _SOFTNESS * dx, light.width)
+        y = _within(pixels[:, 1] + _SOFTNESS * dy, light.height)
+        total += light_depth[y, x] < reach
+    shaded[unclear] = total / (1 + len(circle))
+    return shaded
+
+
+def _within(pixels: Array, size: int) -> NDArray[np.int32]:
+    return np.clip(pixels, 0, size - 1).astype(np.int32)
 
 
 def darken(colors: Pixels, share: Pixels) -> Pixels:
