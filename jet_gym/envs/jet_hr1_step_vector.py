@@ -229,21 +229,23 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
         """
         if len(waiting) == self.num_envs:
             return {}
-        values = self._transition.infos()
-        terms = self._model.reward_terms(self._transition)
-        values["reward_terms"] = dict(zip(self._model.reward_names, terms, strict=True))
         successes = {"is_success": success & terminations}
         successes = _with_masks(successes, terminations.copy()) if terminations.any() else {}
         if self.autoreset_mode != AutoresetMode.SAME_STEP:
-            _erase(values, waiting)
-            return _with_masks(values, _mask(waiting, self.num_envs, invert=True)) | successes
+            self._transition.take(waiting)
+            return self._values(self._transition, _mask(waiting, self.num_envs, invert=True)) | successes
         if len(ending) == 0:
-            return _with_masks(values, np.ones(self.num_envs, dtype=np.bool_))
+            return self._values(self._transition, np.ones(self.num_envs, dtype=np.bool_))
         ended = _mask(ending, self.num_envs)
-        final = _with_masks(_only(values, ending), ended) | successes
-        _erase(values, ending)
-        going_on = _with_masks(values, ~ended) if len(ending) < self.num_envs else {}
+        final = self._values(self._transition.take(ending), ended) | successes
+        going_on = self._values(self._transition, ~ended) if len(ending) < self.num_envs else {}
         return going_on | {"final_info": final, "_final_info": ended.copy()}
+
+    def _values(self, transition: Transition, present: Flags) -> dict[str, Any]:
+        values = transition.infos(present)
+        terms = self._model.reward_terms(transition)
+        values["reward_terms"] = dict(zip(self._model.reward_names, terms, strict=True))
+        return _with_masks(values, present)
 
     def _in_threads(self, work: Callable[[NDArray[np.int64]], None]) -> None:
         """Do work on shares of the lanes side by side."""
@@ -277,28 +279,6 @@ def _with_masks(values: dict[str, Any], present: Flags) -> dict[str, Any]:
         infos[name] = _with_masks(value, present) if isinstance(value, dict) else value
         infos[f"_{name}"] = present
     return infos
-
-
-def _only(values: dict[str, Any], selected: NDArray[np.int64]) -> dict[str, Any]:
-    """Return what values are in the selected lanes, and zero or ``None`` elsewhere."""
-    kept: dict[str, Any] = {}
-    for name, value in values.items():
-        if isinstance(value, dict):
-            kept[name] = _only(value, selected)
-        else:
-            nothing = np.full(value.shape, None) if value.dtype == object else np.zeros(value.shape, value.dtype)
-            nothing[selected] = value[selected]
-            kept[name] = nothing
-    return kept
-
-
-def _erase(values: dict[str, Any], selected: NDArray[np.int64]) -> None:
-    """Write zero or ``None`` into the selected lanes."""
-    for value in values.values():
-        if isinstance(value, dict):
-            _erase(value, selected)
-        else:
-            value[selected] = None if value.dtype == object else 0
 
 
 def _as_objects(observations: Observations, selected: NDArray[np.int64], count: int) -> NDArray[Any]:

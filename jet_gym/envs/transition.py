@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jet_gym.constraints import CONSTRAINT_NAMES, violation_names
 from jet_gym.envs.settings import REWARD_TERMS
@@ -70,8 +71,16 @@ class Transition:
         self.graded: Array = array[GRADED]
         self.violations: Array = array[VIOLATIONS]
 
-    def infos(self) -> dict[str, Any]:
-        """Return the infos of all lanes in arrays of their own, the reward's terms left out."""
+    def take(self, lanes: NDArray[np.int64]) -> Transition:
+        """Return a transition of as many lanes that has these alone, and erase them here; zeros are left."""
+        taken = Transition(self.array.shape[1])
+        taken.array[:, lanes], self.array[:, lanes] = self.array[:, lanes], 0.0
+        return taken
+
+    def infos(self, present: NDArray[np.bool_]) -> dict[str, Any]:
+        """Return the infos of the lanes that are present, the reward's terms left out, in arrays of their own."""
+        names = _NAMES_OF_FLAGS[self.violations.astype(np.intp)]
+        names[~present] = None
         return {
             "thrust": self.thrust.copy(),
             "fitness": self.fitness.copy(),
@@ -82,7 +91,7 @@ class Transition:
             "zmp": self.zmp.copy("C"),
             "assigned_zmp": self.assigned_zmp.copy("C"),
             "edge_angle": self.edge_angle.copy(),
-            "violations": _NAMES_OF_FLAGS[self.violations.astype(np.intp)],
+            "violations": names,
         }
 
     def info(self) -> dict[str, Any]:

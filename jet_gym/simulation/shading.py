@@ -125,7 +125,7 @@ def shadow(points: Pixels, light: Camera, light_depth: Pixels) -> Pixels:
     # Most points lie in front of all that the light sees around them, or behind it.
     around = 2 * math.ceil(_SOFTNESS) + 1
     x, y = _within(pixels[:, 0], light.width), _within(pixels[:, 1], light.height)
-    shaded = (reach > minimum_filter(light_depth, around)[y, x]).astype(np.float32)
+    shaded: Pixels = (reach > minimum_filter(light_depth, around)[y, x]).astype(np.float32)
     unclear = np.flatnonzero((shaded > 0.0) & (reach <= maximum_filter(light_depth, around)[y, x]))
     pixels, reach, total = pixels[unclear], reach[unclear], np.zeros(len(unclear), dtype=np.float32)
     circle = [(math.cos(k * math.pi / 4.0), math.sin(k * math.pi / 4.0)) for k in range(8)]
