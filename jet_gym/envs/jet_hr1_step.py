@@ -261,10 +261,8 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
             raise ResetNeeded("the episode has not begun or is over; call reset()")
         chosen = self.model.check_actions(action, (3,))
         self.model.advance(self._lanes, chosen[None], _ONLY_LANE, self._transition)
-        reward = float(self.model.rewards(self._transition)[0])
         info = self._transition.info()
-        terms = self.model.reward_terms(self._transition)[:, 0].tolist()
-        info["reward_terms"] = dict(zip(self.model.reward_names, terms, strict=True))
+        reward, info["reward_terms"] = self.model.reward_and_terms(self._transition)
         terminated = bool(self._lanes.point[0] >= self._lanes.points[0])
         success = terminated and not self._lanes.violated[0]
         if self._physics is not None:

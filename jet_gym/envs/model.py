@@ -15,7 +15,8 @@ from jet_gym.envs.lanes import Lanes
 from jet_gym.envs.observation import HIGH, LOW, observe
 from jet_gym.envs.packing import TaskNumbers, pack
 from jet_gym.envs.settings import REWARD_TERMS, TaskSettings
-from jet_gym.envs.transition import Transition
+from jet_gym.envs.transition import FITNESS, GRADED, GRADED_TERMS, Transition
+from jet_gym.envs.transition import FITNESS_TERMS as FIRST_FITNESS_TERM
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
 from jet_gym.robot import jet_hr1
@@ -143,6 +144,15 @@ class TaskModel:
         """Return the terms of the reward (len(reward_names), N); they sum to it."""
         graded, fitness = transition.graded_terms, transition.fitness_terms
         return np.array(graded if self.reward == "graded" else fitness / -self.fitness_scale)
+
+    def reward_and_terms(self, transition: Transition) -> tuple[float, dict[str, float]]:
+        """Return the reward of the only lane, and its terms by name."""
+        if self.reward == "graded":
+            *terms, reward = transition.array[GRADED_TERMS : GRADED + 1, 0].tolist()
+        else:
+            fitness = transition.array[FIRST_FITNESS_TERM : FITNESS + 1, 0].tolist()
+            *terms, reward = (value / -self.fitness_scale for value in fitness)
+        return reward, dict(zip(self.reward_names, terms, strict=True))
 
     def read_options(self, options: dict[str, Any] | None) -> Step | None:
         """Return the step that reset options ask for.
