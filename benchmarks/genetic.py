@@ -7,31 +7,28 @@ Everybody minimises the same compiled fitness in the same cube with 1,200 evalua
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
 from statistics import median
 
 import numpy as np
 
 from agents.genetic import GeneticSettings, genetic_search
-from benchmarks import optimisers
-from benchmarks.optimisers import EVALUATIONS, SETTINGS, Search
-from benchmarks.problem import SwingPoint, later_swing_point
+from agents.off_the_shelf import EVALUATIONS, OPTIMISERS, SETTINGS, Search
+from agents.swing_point import SwingPoint, later_swing_point
 from benchmarks.report import Report, command_line
-from benchmarks.timing import Contestant, race
 from jet_gym.balance import BalanceSettings
 from jet_gym.fitness import FitnessSettings
+from jet_gym.race import Contestant, race
 from jet_gym.urdf import Array
 
 _BALANCE, _FITNESS = BalanceSettings(), FitnessSettings()
 _SEEDS = 25
 _GRID = 101  # places a side of the cube, 0.5 mm apart
-_OTHERS: tuple[tuple[str, str, Callable[[SwingPoint], Search], float | None], ...] = (
-    ("pymoo GA, 30 bits", "pymoo", optimisers.pymoo_binary, 100.0),
-    ("pymoo GA, 3 reals", "pymoo", optimisers.pymoo_real, 100.0),
-    ("DEAP, one by one", "deap", optimisers.deap_one_by_one, 30.0),
-    ("DEAP, in batches", "deap", optimisers.deap_in_batches, 30.0),
-    ("CMA-ES", "cmaes", optimisers.cma_es, None),
-)
+_GOALS = {
+    "pymoo GA, 30 bits": 100.0,
+    "pymoo GA, 3 reals": 100.0,
+    "DEAP, one by one": 30.0,
+    "DEAP, in batches": 30.0,
+}
 
 
 def measure(rounds: int) -> Report:
@@ -39,8 +36,7 @@ def measure(rounds: int) -> Report:
     report = Report(f"GAS at one swing point, {EVALUATIONS:,} evaluations")
     point = later_swing_point()
     there = {module: report.has(module) for module in ("pymoo", "deap", "cmaes")}
-    others = {name: make(point) for name, module, make, _ in _OTHERS if there[module]}
-    goals = {name: goal for name, _, _, goal in _OTHERS}
+    others = {name: make(point) for name, module, make in OPTIMISERS if there[module]}
     ours, *theirs = race([_gas("GAS", point), *itertools.starmap(_contestant, others.items())], rounds)
     report.add("GAS", ours.seconds, "s", goal=1e-3)
     for other in theirs:
@@ -48,7 +44,7 @@ def measure(rounds: int) -> Report:
         report.add(
             f"GAS over {other.name}",
             other.ratio, "x", lowest=other.lowest, highest=other.highest,
-            goal=goals[other.name], at_least=True,
+            goal=_GOALS.get(other.name), at_least=True,
         )  # fmt: skip
     _compare_fitness(report, point, others)
     _break_down(report, point, rounds)

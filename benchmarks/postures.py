@@ -14,12 +14,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from agents.swing_point import SwingPoint, later_swing_point
 from benchmarks.peers import TOLERANCE, BulletSolver, PinSolver, Solver
-from benchmarks.problem import SwingPoint, later_swing_point
 from benchmarks.report import Report, command_line
-from benchmarks.timing import Contestant, race
 from jet_gym.fitness import FitnessSettings, fitness_of_postures
 from jet_gym.posture import Postures, evaluate_postures
+from jet_gym.race import Contestant, race
 from jet_gym.urdf import Array
 
 _BATCH = 4000

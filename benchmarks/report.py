@@ -5,21 +5,18 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import os
-import platform
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
-from importlib.metadata import PackageNotFoundError, version
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.timing import take_one_core
+from agents.off_the_shelf import missing_note
+from jet_gym.machine import machine
+from jet_gym.race import take_one_core
 
-_PACKAGES = ("numpy", "numba", "llvmlite", "gymnasium", "pybullet", "pin", "pymoo", "deap", "cmaes")
 _PREFIXES = {-5: "f", -4: "p", -3: "n", -2: "µ", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}
 
 
@@ -88,10 +85,10 @@ class Report:
 
     def has(self, module: str) -> bool:
         """Tell whether an optional library is there; note it if not."""
-        there = find_spec(module) is not None
-        if not there:
-            self.notes.append(f"{module} is not installed and left out; pip install jet-gym[bench] adds it.")
-        return there
+        note = missing_note(module)
+        if note is not None:
+            self.notes.append(note)
+        return note is None
 
 
 def with_unit(value: float, unit: str) -> str:
@@ -103,42 +100,10 @@ def with_unit(value: float, unit: str) -> str:
     return f"{value / 1000.0**step:.3g} {_PREFIXES[step]}{unit}"
 
 
-def machine() -> dict[str, str]:
-    """Describe the machine by what matters to speed, and by nothing that tells whose it is."""
-    processor = _processor()
-    flags = processor.get("flags", "").split()
-    simd = next((bits for flag, bits in (("avx512f", 512), ("avx2", 256), ("sse2", 128)) if flag in flags), 0)
-    packages = [f"{name} {number}" for name in _PACKAGES if (number := _version(name))]
-    return {
-        "processor": processor.get("model name", platform.processor() or platform.machine()),
-        "cores": f"{os.cpu_count()}, one of them used",
-        "SIMD": f"{simd} bit" if simd else "unknown",
-        "system": f"{platform.system()} {platform.machine()}",
-        "Python": f"{platform.python_implementation()} {platform.python_version()}",
-        "packages": ", ".join(packages),
-    }
-
-
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
-
-
-def _processor() -> dict[str, str]:
-    """Return what Linux says of the first core."""
-    source = Path("/proc/cpuinfo")
-    if not source.is_file():
-        return {}
-    pairs = (line.partition(":") for line in source.read_text().split("\n\n")[0].splitlines())
-    return {name.strip(): value.strip() for name, _, value in pairs}
-
-
 def show(reports: Sequence[Report], json_file: Path | None = None) -> None:
     """Print the machine and one table of all findings; write them to a file too, where asked."""
     console = Console()
-    for name, value in machine().items():
+    for name, value in machine("one of them used").items():
         console.print(f"{name}: {value}", highlight=False)
     table = Table("What", "Measured", "Spread", "Goal", "")
     for column in table.columns[1:4]:
@@ -152,7 +117,7 @@ def show(reports: Sequence[Report], json_file: Path | None = None) -> None:
     for note in (note for report in reports for note in report.notes):
         console.print(f"* {note}", highlight=False, markup=False)
     if json_file is not None:
-        content = {"machine": machine(), "benchmarks": [report.to_dict() for report in reports]}
+        content = {"machine": machine("one of them used"), "benchmarks": [report.to_dict() for report in reports]}
         json_file.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
 
 

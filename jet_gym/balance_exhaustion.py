@@ -31,6 +31,7 @@ def explore_columns(
     support_effort: Six,
     support_sole: Vector,
     spacing: float,
+    fan_off_counts: bool,
     columns: Array,
     heights: Array,
     thrust: Array,
@@ -49,6 +50,7 @@ def explore_columns(
         support_effort: Largest torques of the support leg [N m].
         support_sole: The support sole [m], and the origin of the pelvis grid.
         spacing: Spacing of the pelvis grid [m].
+        fan_off_counts: Whether a posture counts that balances only with the fan off.
         columns: Places of the swing sole (C, 2) [m], x and y.
         heights: Its heights (H,) [m].
         thrust: Receives the least thrust (C, H) [N]: 0 where a posture balances without, NEVER where none does.
@@ -65,7 +67,7 @@ def explore_columns(
             lowest = max(swing_sole[2], support_sole[2])
             least, least_held, share = _explore(
                 swing_leg, support_leg, trunk, balance, swing_effort, support_effort,
-                stance, support_sole, lowest, spacing, candidates, asked, free, com, violations,
+                stance, support_sole, lowest, spacing, fan_off_counts, candidates, asked, free, com, violations,
             )  # fmt: skip
             thrust[column, level] = least
             thrust_within_torque[column, level] = least_held
@@ -84,6 +86,7 @@ def _explore(
     origin: Vector,
     lowest: float,
     spacing: float,
+    fan_off_counts: bool,
     candidates: Array,
     asked: Array,
     free: Array,
@@ -116,7 +119,7 @@ def _explore(
                 if count == _BLOCK:
                     _judge(
                         swing_leg, support_leg, trunk, balance, swing_effort, support_effort,
-                        stance, candidates, count, asked, free, com, violations, found,
+                        stance, fan_off_counts, candidates, count, asked, free, com, violations, found,
                     )  # fmt: skip
                     count = 0
     for i in range(count, _BLOCK):  # the lanes that are left get what was looked at before
@@ -125,7 +128,7 @@ def _explore(
     if count > 0:
         _judge(
             swing_leg, support_leg, trunk, balance, swing_effort, support_effort,
-            stance, candidates, count, asked, free, com, violations, found,
+            stance, fan_off_counts, candidates, count, asked, free, com, violations, found,
         )  # fmt: skip
     return found[0], found[1], found[2]
 
@@ -166,6 +169,7 @@ def _judge(
     swing_effort: Six,
     support_effort: Six,
     stance: Stance,
+    fan_off_counts: bool,
     candidates: Array,
     count: int,
     asked: Array,
@@ -189,7 +193,8 @@ def _judge(
         pelvis = (candidates[0, i], candidates[1, i], candidates[2, i])
         for without in (True, False):
             if without:
-                balances, thrust = (free[i] <= 0.0) & (violations[i] & (REACH | JOINT_LIMITS) == 0), 0.0
+                stands = (free[i] <= 0.0) & (violations[i] & (REACH | JOINT_LIMITS) == 0)
+                balances, thrust = fan_off_counts & stands, 0.0
             else:
                 balances, thrust = violations[i] == 0, asked[i]
             if balances:

@@ -29,6 +29,7 @@ from jet_gym.errors import SettingsError, require_number
 from jet_gym.files import write_whole_with
 from jet_gym.posture import swing_and_support
 from jet_gym.robot import Robot, Side, Six, Vector, jet_hr1
+from jet_gym.step import Step
 from jet_gym.threads import for_each
 from jet_gym.urdf import Array
 
@@ -189,10 +190,8 @@ def compute_balance_space(
     Raises:
         SettingsError: A ``ValueError``, if a number is outside of what is allowed.
     """
-    for name, value in (("resolution", resolution), ("lowest", lowest)):
-        require_number(name, value)
-    if not FINEST <= resolution <= COARSEST:
-        raise SettingsError(f"resolution must lie between {FINEST} and {COARSEST} m, not {resolution}")
+    _check_resolution(resolution)
+    require_number("lowest", lowest)
     if not -2.0 <= lowest <= 2.0:
         raise SettingsError(f"lowest must lie between -2 and 2 m, not {lowest}")
     robot = robot or jet_hr1()
@@ -204,13 +203,12 @@ def compute_balance_space(
     places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     apart = np.flatnonzero(~_overlap(robot, swing, places - support[:2]))
     thrust, held, share = (np.full((len(places), len(z)), NEVER) for _ in range(3))
-    left_effort, right_effort = _six(robot.effort[:6]), _six(robot.effort[6:])
-    efforts = (left_effort, right_effort) if swing == "left" else (right_effort, left_effort)
+    efforts = _efforts(robot, swing)
 
     def explore(rows: NDArray[np.int64]) -> None:
         found, found_held, found_share = (np.empty((len(rows), len(z))) for _ in range(3))
         explore_columns(
-            swing_leg, support_leg, robot.trunk, side, balance, *efforts, support, resolution,
+            swing_leg, support_leg, robot.trunk, side, balance, *efforts, support, resolution, True,
             np.ascontiguousarray(places[rows]), z, found, found_held, found_share,
         )  # fmt: skip
         thrust[rows], held[rows], share[rows] = found, found_held, found_share
@@ -222,6 +220,59 @@ def compute_balance_space(
         robot.name, swing, support, resolution, replace(settings, max_thrust=balance.max_thrust), x, y, z,
         *(np.where(values < NEVER, values, math.nan).reshape(shape) for values in (thrust, held, share)),
     )  # fmt: skip
+
+
+def least_thrust_of_step(
+    step: Step,
+    settings: BalanceSettings | None = None,
+    *,
+    resolution: float = 0.01,
+    threads: int | None = None,
+) -> Array:
+    """Return the least thrust (points,) [N] of any posture at each swing point, by exhaustion over the pelvis.
+
+    No planner's plan is below it by more than the resolution accounts for. As for a plan, a posture counts that
+    meets the constraints (8) to (11).
+
+    Args:
+        step: The step.
+        settings: What counts as balanced; the defaults where omitted.
+        resolution: Spacing of the pelvis' places [m].
+        threads: Number of threads; as many as there are cores where omitted.
+
+    Returns:
+        The thrusts; NaN where no posture balances.
+
+    Raises:
+        SettingsError: A ``ValueError``, if the resolution is outside of what is allowed.
+    """
+    _check_resolution(resolution)
+    balance = (settings or BalanceSettings()).parameters(step.robot)
+    swing_leg, support_leg, side = swing_and_support(step.robot, step.swing)
+    efforts, soles, thrust = _efforts(step.robot, step.swing), step.swing_sole, np.empty(step.points)
+
+    def explore(point: int) -> None:
+        found = np.empty((3, 1, 1))
+        explore_columns(
+            swing_leg, support_leg, step.robot.trunk, side, balance, *efforts, step.support, resolution, False,
+            np.ascontiguousarray(soles[point : point + 1, :2]), soles[point, 2:].copy(), *found,
+        )  # fmt: skip
+        thrust[point] = found[0, 0, 0]
+
+    for_each(explore, range(step.points), threads)
+    return np.where(thrust < NEVER, thrust, math.nan)
+
+
+def _check_resolution(resolution: float) -> None:
+    require_number("resolution", resolution)
+    if not FINEST <= resolution <= COARSEST:
+        raise SettingsError(f"resolution must lie between {FINEST} and {COARSEST} m, not {resolution}")
+
+
+def _efforts(robot: Robot, swing: Side) -> tuple[Six, Six]:
+    """Return the largest torques of the swing and of the support leg [N m]."""
+    left, right = _six(robot.effort[:6]), _six(robot.effort[6:])
+    return (left, right) if swing == "left" else (right, left)
 
 
 def _places(robot: Robot, support: Vector, resolution: float, lowest: float) -> tuple[Array, Array, Array]:

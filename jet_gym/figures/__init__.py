@@ -4,6 +4,9 @@ Every figure is a ``matplotlib.figure.Figure`` of its own: no window, no pyplot,
 """
 
 from jet_gym.figures.balance_space import plot_balance_section, plot_balance_space
+from jet_gym.figures.calculation_time import plot_calculation_time
+from jet_gym.figures.estimates import plot_estimates
+from jet_gym.figures.experiment import plot_execution, plot_pictures
 from jet_gym.figures.locomotion import plot_locomotion
 from jet_gym.figures.style import check_figure_path, save_figure
 from jet_gym.figures.sweep import SweepRow, plot_smoothness_sweep
@@ -14,7 +17,11 @@ __all__ = [
     "check_figure_path",
     "plot_balance_section",
     "plot_balance_space",
+    "plot_calculation_time",
+    "plot_estimates",
+    "plot_execution",
     "plot_locomotion",
+    "plot_pictures",
     "plot_smoothness_sweep",
     "plot_trajectories",
     "save_figure",

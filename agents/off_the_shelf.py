@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
 from agents.genetic import GeneticSettings
-from benchmarks.problem import SwingPoint
+from agents.swing_point import SwingPoint
 from jet_gym.urdf import Array
 
 SETTINGS = GeneticSettings()
@@ -153,3 +154,20 @@ def cma_es(point: SwingPoint) -> Search:
         return float(least)
 
     return search
+
+
+OPTIMISERS: tuple[tuple[str, str, Callable[[SwingPoint], Search]], ...] = (
+    ("pymoo GA, 30 bits", "pymoo", pymoo_binary),
+    ("pymoo GA, 3 reals", "pymoo", pymoo_real),
+    ("DEAP, one by one", "deap", deap_one_by_one),
+    ("DEAP, in batches", "deap", deap_in_batches),
+    ("CMA-ES", "cmaes", cma_es),
+)
+"""Name, the module that it needs, and what makes its search."""
+
+
+def missing_note(module: str) -> str | None:
+    """Return a sentence if a library is not installed."""
+    if find_spec(module) is not None:
+        return None
+    return f"{module} is not installed and left out; pip install jet-gym[bench] adds it."

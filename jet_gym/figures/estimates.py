@@ -1,0 +1,133 @@
+"""What peak thrust and the greatest ditch are with other values of what is estimated of the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from jet_gym.figures import style
+from jet_gym.statistics import Interval
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_LOOKS = {"side": ("#0072B2", "o"), "forward": ("#D55E00", "s")}
+_DITCH_COLOR = "#009E73"
+
+
+class PeakSummary(Protocol):
+    """Figures over the seeds."""
+
+    @property
+    def peak_thrust(self) -> Interval:
+        """Largest thrust [N]."""
+
+
+class EstimateRow(Protocol):
+    """The robot with one number changed, such as the rows of :func:`agents.estimates.study_estimates`."""
+
+    @property
+    def quantity(self) -> str:
+        """What varies."""
+
+    @property
+    def value(self) -> float:
+        """Its value."""
+
+    @property
+    def unit(self) -> str:
+        """The value's unit."""
+
+    @property
+    def is_estimate(self) -> bool:
+        """Whether it is the value that this package takes."""
+
+    @property
+    def side(self) -> PeakSummary:
+        """GAS on the step to the side."""
+
+    @property
+    def forward(self) -> PeakSummary:
+        """GAS on the step across the ditch."""
+
+    @property
+    def least_side_peak(self) -> float:
+        """Peak thrust [N] of the step to the side with the postures of least thrust."""
+
+    @property
+    def least_forward_peak(self) -> float:
+        """Peak thrust [N] of the step across the ditch with the postures of least thrust."""
+
+    @property
+    def greatest_ditch(self) -> float:
+        """Width of the widest ditch [m]."""
+
+
+def plot_estimates(rows: Sequence[EstimateRow], max_thrust: float, ditch: float) -> Figure:
+    """Draw peak thrust and greatest ditch over each estimate, one column a quantity.
+
+    Args:
+        rows: The study.
+        max_thrust: Thrust limit to draw [N].
+        ditch: The paper's ditch to draw [m].
+
+    Raises:
+        ValueError: If there is no row.
+    """
+    if not rows:
+        raise ValueError("a figure of the estimates needs at least one row")
+    quantities = list(dict.fromkeys(row.quantity for row in rows))
+    figure = style.new_figure(3.1 * len(quantities) + 0.6, 6.4)
+    panels = figure.subplots(2, len(quantities), sharex="col", sharey="row", squeeze=False)
+    for column, quantity in enumerate(quantities):
+        chosen = [row for row in rows if row.quantity == quantity]
+        _draw_thrust(panels[0, column], chosen, max_thrust)
+        _draw_ditch(panels[1, column], chosen, ditch)
+        first = column == 0
+        style.label_axes(panels[0, column], y_label="peak thrust [N]" if first else "")
+        style.label_axes(
+            panels[1, column], f"{quantity} [{chosen[0].unit}]", "greatest ditch [mm]" if first else ""
+        )
+        panels[0, column].set_ylim(0.0, None)
+        for panel in panels[:, column]:
+            for row in chosen:
+                if row.is_estimate:
+                    panel.axvline(row.value, color=style.FAINT_INK, linewidth=1.2, linestyle=":", zorder=1.0)
+    figure.legend(
+        handles=panels[0, 0].get_legend_handles_labels()[0], loc="outside lower center", ncols=4,
+        fontsize=style.TEXT_SIZE, frameon=False,
+    )  # fmt: skip
+    style.add_heading(
+        figure,
+        "What the estimates do",
+        "one number changes at a time; dotted: the value that this package takes, dashed: the paper's limit and ditch",
+    )
+    return figure
+
+
+def _draw_thrust(panel: Axes, rows: Sequence[EstimateRow], max_thrust: float) -> None:
+    values = [row.value for row in rows]
+    for motion, (color, marker) in _LOOKS.items():
+        peaks: list[Interval] = [getattr(row, motion).peak_thrust for row in rows]
+        means = np.array([peak.mean for peak in peaks])
+        reach = np.abs([[peak.mean - peak.low for peak in peaks], [peak.high - peak.mean for peak in peaks]])
+        panel.errorbar(
+            values, means, yerr=reach, color=color, marker=marker, markersize=5.0, linewidth=1.6, capsize=3.0,
+            label=f"GAS, {motion}",
+        )  # fmt: skip
+        least = [getattr(row, f"least_{motion}_peak") for row in rows]
+        panel.plot(
+            values, least, color=color, linewidth=1.2, linestyle=(0, (2, 1.5)), label=f"least possible, {motion}"
+        )
+    panel.axhline(max_thrust, color=style.LIMIT_COLOR, linewidth=1.2, linestyle=(0, (4, 2)))
+
+
+def _draw_ditch(panel: Axes, rows: Sequence[EstimateRow], ditch: float) -> None:
+    panel.plot(
+        [row.value for row in rows], [1e3 * row.greatest_ditch for row in rows],
+        color=_DITCH_COLOR, marker="D", markersize=5.0, linewidth=1.6,
+    )  # fmt: skip
+    panel.axhline(1e3 * ditch, color=style.INK, linewidth=1.2, linestyle=(0, (4, 2)))
