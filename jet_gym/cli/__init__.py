@@ -10,6 +10,7 @@ import click
 from jet_gym import __version__
 from jet_gym.cli.balance_space import balance_space_command
 from jet_gym.cli.plan import plan_command
+from jet_gym.cli.reproduce import reproduce_command
 from jet_gym.cli.simulate import simulate_command
 from jet_gym.cli.studies import claims_command, sweep_command
 from jet_gym.cli.studio import studio_command
@@ -34,6 +35,7 @@ for command in (
     balance_space_command,
     sweep_command,
     claims_command,
+    reproduce_command,
     studio_command,
 ):
     cli.add_command(command)

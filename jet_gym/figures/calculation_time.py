@@ -14,7 +14,7 @@ _OTHER_COLOR = "#9A9A9A"
 
 
 class PointTime(Protocol):
-    """How long one swing point takes, such as the rows of :func:`agents.calculation_time.measure_calculation_time`."""
+    """How long one swing point takes, as :func:`agents.calculation_time.measure_calculation_time` finds it."""
 
     @property
     def name(self) -> str:

@@ -54,12 +54,12 @@ class EstimateRow(Protocol):
         """GAS on the step across the ditch."""
 
     @property
-    def least_side_peak(self) -> float:
-        """Peak thrust [N] of the step to the side with the postures of least thrust."""
+    def side_ga(self) -> PeakSummary:
+        """GA on the step to the side."""
 
     @property
-    def least_forward_peak(self) -> float:
-        """Peak thrust [N] of the step across the ditch with the postures of least thrust."""
+    def forward_ga(self) -> PeakSummary:
+        """GA on the step across the ditch."""
 
     @property
     def greatest_ditch(self) -> float:
@@ -91,7 +91,7 @@ def plot_estimates(rows: Sequence[EstimateRow], max_thrust: float, ditch: float)
         style.label_axes(
             panels[1, column], f"{quantity} [{chosen[0].unit}]", "greatest ditch [mm]" if first else ""
         )
-        panels[0, column].set_ylim(0.0, None)
+        panels[0, column].set_ylim(0.0, 1.12 * max_thrust)
         for panel in panels[:, column]:
             for row in chosen:
                 if row.is_estimate:
@@ -103,7 +103,7 @@ def plot_estimates(rows: Sequence[EstimateRow], max_thrust: float, ditch: float)
     style.add_heading(
         figure,
         "What the estimates do",
-        "one number changes at a time; dotted: the value that this package takes, dashed: the paper's limit and ditch",
+        "one number changes at a time; dotted: the value that is taken here, dashed: the paper's limit and ditch",
     )
     return figure
 
@@ -111,17 +111,14 @@ def plot_estimates(rows: Sequence[EstimateRow], max_thrust: float, ditch: float)
 def _draw_thrust(panel: Axes, rows: Sequence[EstimateRow], max_thrust: float) -> None:
     values = [row.value for row in rows]
     for motion, (color, marker) in _LOOKS.items():
-        peaks: list[Interval] = [getattr(row, motion).peak_thrust for row in rows]
-        means = np.array([peak.mean for peak in peaks])
-        reach = np.abs([[peak.mean - peak.low for peak in peaks], [peak.high - peak.mean for peak in peaks]])
-        panel.errorbar(
-            values, means, yerr=reach, color=color, marker=marker, markersize=5.0, linewidth=1.6, capsize=3.0,
-            label=f"GAS, {motion}",
-        )  # fmt: skip
-        least = [getattr(row, f"least_{motion}_peak") for row in rows]
-        panel.plot(
-            values, least, color=color, linewidth=1.2, linestyle=(0, (2, 1.5)), label=f"least possible, {motion}"
-        )
+        for name, suffix, line in (("GAS", "", "-"), ("GA", "_ga", (0, (2, 1.5)))):
+            peaks: list[Interval] = [getattr(row, motion + suffix).peak_thrust for row in rows]
+            means = np.array([peak.mean for peak in peaks])
+            reach = np.abs([[peak.mean - peak.low for peak in peaks], [peak.high - peak.mean for peak in peaks]])
+            panel.errorbar(
+                values, means, yerr=reach, color=color, marker=marker, markersize=4.5, linewidth=1.5, capsize=3.0,
+                linestyle=line, markerfacecolor=color if name == "GAS" else "white", label=f"{name}, {motion}",
+            )  # fmt: skip
     panel.axhline(max_thrust, color=style.LIMIT_COLOR, linewidth=1.2, linestyle=(0, (4, 2)))
 
 

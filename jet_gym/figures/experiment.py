@@ -35,7 +35,7 @@ def plot_pictures(pictures: Sequence[Picture], captions: Sequence[str]) -> Figur
     rows = -(-len(pictures) // _COLUMNS)
     height, width, _ = pictures[0].shape
     figure = style.new_figure(13.0, rows * (13.0 / _COLUMNS * height / width + 0.3))
-    panels = figure.subplots(rows, _COLUMNS, squeeze=False).flat
+    panels: list[Axes] = list(figure.subplots(rows, _COLUMNS, squeeze=False).flat)
     for panel in panels:
         panel.set_axis_off()
     for panel, picture, caption in zip(panels, pictures, captions, strict=False):
@@ -88,5 +88,6 @@ def _mark_phases(axes: Axes, execution: Execution, named: bool) -> None:
         if named:
             axes.annotate(
                 name, (0.5 * (during[0] + during[-1]), 1.0), xycoords=axes.get_xaxis_transform(),
-                xytext=(0.0, 3.0), textcoords="offset points", ha="center", fontsize=style.TEXT_SIZE, color=style.INK,
+                xytext=(0.0, 3.0), textcoords="offset points", ha="center",
+                fontsize=style.TEXT_SIZE, color=style.INK,
             )  # fmt: skip

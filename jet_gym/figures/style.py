@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -244,6 +245,18 @@ def save_figure(figure: Figure, path: str | Path, dots_per_inch: float = 200.0) 
                 temporary, format=suffix[1:], dpi=dots_per_inch, facecolor="white", metadata=no_date
             ),
         )
+
+
+def png_bytes(figure: Figure, dots_per_inch: float = 110.0) -> bytes:
+    """Return a figure as a PNG; the same figure gives the same bytes.
+
+    Args:
+        figure: The figure.
+        dots_per_inch: Resolution.
+    """
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", dpi=dots_per_inch, facecolor="white", metadata={})
+    return picture.getvalue()
 
 
 def _millimetres(position: Iterable[float]) -> str:
