@@ -72,20 +72,18 @@ def study_estimates(seeds: Sequence[int], progress: Callable[[int, int], None] |
     variants = list(_variants(PAPER.side.robot))
     rows = []
     for done, variant in enumerate(variants, start=1):
-        summaries = [
-            summarize(
-                [
-                    make_planner(name, balance=variant.settings).plan(replace(step, robot=variant.robot), seed=seed)
-                    for seed in seeds
-                ]
-            )
-            for name in ("gas", "ga")
+        side, forward, side_ga, forward_ga = (
+            summarize([planner.plan(replace(step, robot=variant.robot), seed=seed) for seed in seeds])
+            for planner in (make_planner(name, balance=variant.settings) for name in ("gas", "ga"))
             for step in PAPER
-        ]
+        )
         ditch = greatest_ditch(variant.robot, variant.settings, seeds[:_DITCH_PLANS])
         rows.append(
-            EstimateRow(variant.quantity, variant.value, variant.unit, variant.is_estimate, *summaries, ditch)
-        )
+            EstimateRow(
+                variant.quantity, variant.value, variant.unit, variant.is_estimate,
+                side, forward, side_ga, forward_ga, ditch,
+            )
+        )  # fmt: skip
         if progress is not None:
             progress(done, len(variants))
     return rows

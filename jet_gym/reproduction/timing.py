@@ -11,7 +11,7 @@ _NAMES = {"gas": "GAS", "ga": "GA", "gaex": "GAEx"}
 
 def timing_chapter(settings: Settings, report: Report) -> Chapter:
     """Let the planners and other libraries' optimisers solve one swing point."""
-    rows, notes = measure_calculation_time(settings.rounds, progress=report)
+    rows, notes = measure_calculation_time(settings.rounds, 2 * settings.rounds + 1, progress=report)
     times = {row.name: row for row in rows}
     of_planners = ", ".join(f"{label} {1e6 * times[name].seconds:.0f} µs" for name, label in _NAMES.items())
     fastest = min(_NAMES, key=lambda name: times[name].seconds)
