@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: demo test lint format claims sweep benchmarks pictures clean
+.PHONY: demo test lint format claims sweep reproduce benchmarks pictures clean
 
 demo: .venv/base.installed  ## plan the paper's two motions, print the tables, draw the pictures into demo/
 	@mkdir -p demo
@@ -24,6 +24,9 @@ format: .venv/full.installed
 
 claims sweep: .venv/base.installed  ## what the paper says, measured; what the smoothness weight does
 	@$(BIN)/jet-gym $@
+
+reproduce: .venv/full.installed  ## the whole paper, and a page that holds its claims against what is measured
+	@$(BIN)/jet-gym reproduce --output reproduction
 
 benchmarks: .venv/full.installed  ## speed as ratios against other libraries
 	@$(BIN)/python -m benchmarks
@@ -50,4 +53,4 @@ pictures: .venv/base.installed  ## the pictures of README and docs
 	@$(PYTHON) -m venv .venv
 
 clean:
-	rm -rf .venv demo dist build .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf .venv demo reproduction dist build .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis

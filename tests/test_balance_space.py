@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -11,9 +12,10 @@ import pytest
 
 from jet_gym import Robot
 from jet_gym.balance import BalanceSettings
-from jet_gym.balance_space import DIRECTIONS, BalanceSpace, compute_balance_space
+from jet_gym.balance_space import DIRECTIONS, BalanceSpace, compute_balance_space, least_thrust_of_step
 from jet_gym.cli import run
 from jet_gym.constraints import EDGE_POLYGON
+from jet_gym.courses import PAPER
 from jet_gym.errors import SettingsError
 from jet_gym.figures import plot_balance_section, plot_balance_space, save_figure
 from jet_gym.joint_torques import static_torques
@@ -182,3 +184,18 @@ def test_command_tells_bad_input_in_a_line(arguments: list[str], capsys: pytest.
     error = capsys.readouterr().err
     assert error.startswith("jet-gym: ")
     assert error.count("\n") == 1
+
+
+def test_least_thrust_of_a_step_is_that_of_plain_loops(robot: Robot) -> None:
+    step = replace(PAPER.forward, points=7)
+    least = least_thrust_of_step(step, resolution=0.04)
+    line = 0.04 * np.arange(-15, 16)
+    grid = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3) + step.support
+    for sole, found in zip(step.swing_sole, least, strict=True):
+        above = grid[grid[:, 2] >= max(sole[2], 0.0) - 1e-9]
+        postures = evaluate_postures(robot, step.swing, sole, step.support, above)
+        plainly = postures.thrust[postures.violations == 0].min(initial=math.inf)
+        assert found == pytest.approx(plainly) or (math.isnan(found) and plainly == math.inf)
+    assert np.isfinite(least).any()
+    with pytest.raises(SettingsError):
+        least_thrust_of_step(step, resolution=0.0)

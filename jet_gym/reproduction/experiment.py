@@ -133,7 +133,7 @@ def _film(trial: Execution) -> Picture:
         "fig-11-experiment",
         "Fig. 11: motions 1 and 2",
         "The robot on its cartons in simulation; the arrow is the thrust.",
-        png_bytes(plot_pictures(list(frames(trial, rows, _FRAME)), captions)),
+        png_bytes(plot_pictures(list(frames(trial, rows, _FRAME)), captions), dots_per_inch=150.0),
     )
 
 

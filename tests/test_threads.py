@@ -1,0 +1,32 @@
+"""Work divided among threads."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from jet_gym.threads import available_cores, for_each
+
+
+def test_each_share_is_done_once_and_counted() -> None:
+    done: list[int] = []
+    seen: list[tuple[int, int]] = []
+    for_each(done.append, range(50), threads=3, progress=lambda number, total: seen.append((number, total)))
+    assert sorted(done) == list(range(50))
+    assert seen == [(number, 50) for number in range(1, 51)]
+    assert available_cores() >= 1
+
+
+def test_an_error_ends_the_work() -> None:
+    done: list[int] = []
+
+    def work(share: int) -> None:
+        if share == 0:
+            raise ValueError("share 0")
+        time.sleep(1e-3)
+        done.append(share)
+
+    with pytest.raises(ValueError, match="share 0"):
+        for_each(work, range(5_000), threads=2)
+    assert len(done) < 4_999
