@@ -31,11 +31,13 @@ reproduce: .venv/full.installed  ## the whole paper, and a page that holds its c
 benchmarks: .venv/full.installed  ## speed as ratios against other libraries
 	@$(BIN)/python -m benchmarks
 
-pictures: .venv/base.installed  ## the pictures of README and docs
+pictures: .venv/full.installed  ## the pictures of README and docs
 	@$(BIN)/jet-gym plan forward --output docs/images/plan.json --plot docs/images/forward.png
 	@rm docs/images/plan.json docs/images/forward.png
 	@$(BIN)/jet-gym sweep --plot docs/images/smoothness-sweep.png
 	@$(BIN)/jet-gym balance-space --plot docs/images/balance-space.png
+	@$(BIN)/jet-gym reproduce --output reproduction
+	@cp reproduction/figures/estimates.png reproduction/figures/fig-11-experiment.png docs/images/
 	@$(BIN)/python examples/frame.py docs/images/across-the-ditch.png
 
 .venv/base.installed: pyproject.toml constraints.txt | .venv/bin/python

@@ -56,7 +56,12 @@ def planning_chapter(settings: Settings, report: Report) -> Chapter:
             f"Trajectories and locomotion are those of seed {settings.seed}; tables and verdicts are means over "
             f"{settings.plans} seeds, with 95 % bootstrap intervals.",
         ),
-        claims=(*_claims(result, least, settings.thrust_resolution), *_ditch_claims(result, plans)),
+        claims=(
+            _inside_claim(least, settings.thrust_resolution),
+            *_claims(result, least, settings.thrust_resolution),
+            _continuity_claim(plans),
+            *_ditch_claims(result, plans),
+        ),
         tables=(_parameters(), *(_comparison(motion, result) for motion in _MOTIONS)),
         pictures=tuple(_pictures(plans)),
     )
@@ -81,6 +86,36 @@ def smoothness_chapter(settings: Settings, report: Report) -> Chapter:
             ),
         ),
     )
+
+
+def _inside_claim(least: dict[str, Array], resolution: float) -> Claim:
+    balanced = [f"{np.isfinite(thrusts).sum()} of {len(thrusts)} {motion}" for motion, thrusts in least.items()]
+    return Claim(
+        "IV-B",
+        "The trajectories of the swing foot were required to be inside the balance space.",
+        f"Swing points at which some posture balances, on a grid of {resolution:g} mm: {listed(balanced)}.",
+        verdict(all(np.isfinite(thrusts).all() for thrusts in least.values())),
+    )
+
+
+def _continuity_claim(plans: dict[str, list[Plan]]) -> Claim:
+    measured, smoother = [], True
+    for motion, (gas, ga, _) in plans.items():
+        jumps = [(1e3 * _largest_jump(plan.pelvis), _largest_jump(plan.thrust[:, None])) for plan in (gas, ga)]
+        smoother &= jumps[0][0] < jumps[1][0] and jumps[0][1] < jumps[1][1]
+        of_gas, of_ga = (f"{pelvis:.1f} mm and {thrust:.2f} N" for pelvis, thrust in jumps)
+        measured.append(f"{motion} {of_gas}, GA {of_ga}")
+    return Claim(
+        "abstract",
+        "The significant advantage of the method is the continuity and smoothness of the thrust and pelvis "
+        "trajectories.",
+        f"Largest change from one swing point to the next: {'; '.join(measured)}.",
+        verdict(smoother),
+    )
+
+
+def _largest_jump(trajectory: Array) -> float:
+    return float(np.linalg.norm(np.diff(trajectory, axis=0), axis=1).max())
 
 
 def _claims(result: ClaimsReport, least: dict[str, Array], resolution: float) -> list[Claim]:
