@@ -22,6 +22,7 @@ from PIL import Image
 
 from agents import make_planner
 from jet_gym.balance import BalanceSettings
+from jet_gym.balance_space import compute_balance_space
 from jet_gym.cli import run
 from jet_gym.errors import StepError
 from jet_gym.fitness import FitnessSettings
@@ -29,6 +30,7 @@ from jet_gym.kinematics import forward_kinematics
 from jet_gym.plan import Plan
 from jet_gym.posture import evaluate_postures
 from jet_gym.studio import planning
+from jet_gym.studio.balance_cloud import boundary_of, hull_of
 from jet_gym.studio.balance_view import edge_polygon
 from jet_gym.studio.curves import fitness_terms, zmp_margin
 from jet_gym.studio.errors import PortInUseError
@@ -422,3 +424,30 @@ def test_ctrl_c_ends_it_at_once() -> None:
     assert out == ""
     assert "Traceback" not in error
     assert error.strip().count("\n") == 0
+
+
+# ---- the balance space
+
+
+def test_boundary_of_a_set_of_cells_is_closed_and_holds_their_volume(rng: np.random.Generator) -> None:
+    """By the divergence theorem: a closed surface with its front outside encloses as many cells as the set has."""
+    inside = rng.random((5, 6, 4)) < 0.4
+    corners, faces = boundary_of(inside)
+    a, b, c = (corners[faces[:, k]] for k in range(3))
+    assert (np.einsum("ni,ni->n", a, np.cross(b, c)) / 6.0).sum() == pytest.approx(inside.sum())
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    _, uses = np.unique(edges, axis=0, return_counts=True)
+    assert (uses % 2 == 0).all()
+
+
+def test_boundary_of_nothing_has_no_face() -> None:
+    assert len(boundary_of(np.zeros((3, 3, 3), dtype=bool))[1]) == 0
+
+
+def test_hull_of_the_balance_space_lies_around_its_places() -> None:
+    space = compute_balance_space(0.08, threads=1)
+    inside = space.reachable(with_thrust=True)
+    vertices, _ = hull_of(space, inside)
+    places = np.stack(np.meshgrid(space.x, space.y, space.z, indexing="ij"), axis=-1)[inside] - space.support
+    assert (np.abs(vertices.min(axis=0) - places.min(axis=0)) < 0.08).all()
+    assert (np.abs(vertices.max(axis=0) - places.max(axis=0)) < 0.08).all()

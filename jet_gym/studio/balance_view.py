@@ -22,7 +22,8 @@ METERS_PER_NEWTON = 0.015
 """Length of the thrust arrow."""
 
 _LEAST_ARROW = 0.05  # [N] below which there is no arrow
-_ABOVE = 0.002  # [m] that flat marks lie above the sole's plane, each layer more
+_ON_FOOT = 0.024  # [m] above the sole's plane, where flat marks are seen on the foot and not hidden below it
+_LAYER = 0.002  # [m] between marks that lie on each other
 _ARC_POINTS = 24
 _CORRIDOR_COLOR = (230, 160, 30)
 _ASSIGNED_COLOR = (230, 120, 0)
@@ -107,7 +108,7 @@ class BalanceView:
         side = "right" if step.swing == "left" else "left"
         rectangle = np.array(step.robot.leg("left" if side == "left" else "right").sole_rectangle)
         for handle, margin in ((self._sole, 0.0), (self._margin, settings.zmp_margin)):
-            handle.points = _outline(rectangle + margin * np.array([1, -1, 1, -1]), step.support, _ABOVE)
+            handle.points = _outline(rectangle + margin * np.array([1, -1, 1, -1]), step.support, _ON_FOOT)
             handle.colors = np.array(rgb(LEG_COLORS[side]))
 
     def place(self, pose: Pose, max_thrust: float) -> None:
@@ -121,15 +122,15 @@ class BalanceView:
             return
         ground = self._support_height
         self._com.position = pose.com
-        foot_of_plumb = np.array([pose.com[0], pose.com[1], ground + _ABOVE])
+        foot_of_plumb = np.array([pose.com[0], pose.com[1], ground])
         self._plumb.points = np.array([[pose.com, foot_of_plumb]])
-        self._assigned.position = (*pose.assigned_zmp, ground + 2 * _ABOVE)
+        self._assigned.position = (*pose.assigned_zmp, ground + _ON_FOOT + _LAYER)
         self._zmp.visible = bool(np.isfinite(pose.zmp).all())
         if self._zmp.visible:
-            self._zmp.position = (*pose.zmp, ground + 3 * _ABOVE)
+            self._zmp.position = (*pose.zmp, ground + _ON_FOOT + 2 * _LAYER)
         ankle = pose.swing_sole[:2] - np.array(self._step.robot.leg(self._step.swing).sole[:2])
         lens = edge_polygon(pose.assigned_zmp, ankle, self._edge_tolerance, _ARC_POINTS)
-        self._corridor.vertices = np.column_stack([lens, np.full(len(lens), ground + _ABOVE)])
+        self._corridor.vertices = np.column_stack([lens, np.full(len(lens), ground + _ON_FOOT)])
         self._place_arrow(pose, max_thrust)
 
     def show_layer(self, layer: str, visible: bool) -> None:

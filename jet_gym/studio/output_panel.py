@@ -53,11 +53,15 @@ class OutputPanel:
         self.outcome = gui.add_html("")
         self.shown = gui.add_dropdown("motion shown", (PLANNED, SIMULATED), initial_value=PLANNED, visible=False)
         gui.add_divider()
-        self.save = gui.add_button("Save plan.json", icon="download")
-        self.load = gui.add_upload_button("Load plan.json", icon="upload", mime_type="application/json")
+        self.save = gui.add_button("Save plan.json", icon="download", color="gray")
+        self.load = gui.add_upload_button(
+            "Load plan.json", icon="upload", color="gray", mime_type="application/json"
+        )
         gui.add_divider()
         self.kind = gui.add_dropdown("film", FILM_KINDS, initial_value=FILM_KINDS[0])
-        self.record = gui.add_button("Record the motion", icon="video", hint="As this tab shows it, at its speed.")
+        self.record = gui.add_button(
+            "Record the motion", icon="video", color="gray", hint="As this tab shows it, at its speed."
+        )
         on_click(self.send, lambda _: controller.simulate(self.thrust.value))
         on_update(self.shown, lambda value: controller.show_simulated(value == SIMULATED))
         on_click(self.save, lambda _: controller.save())

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 PER_SQUARE_CENTIMETRE = 1e4  # [1/m^2]
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
+BALANCE_SPACE = "balance space"
 _NOBODY = "nobody"
 _KIND_COLORS = {
     "holds": ("#e8f5ee", "#0b6e4a"),
@@ -78,6 +79,11 @@ class Panel:
             self._add_planner(gui, inputs)
         with tabs.add_tab("Show"):
             self.layers = {layer: gui.add_checkbox(layer, True) for layer in LAYERS}
+            self.layers[BALANCE_SPACE] = gui.add_checkbox(
+                BALANCE_SPACE, False,
+                hint="Where the swing foot can be while some posture balances: blue without thrust, "
+                "violet with it. Computed in the background.",
+            )  # fmt: skip
         self.outputs_tab = tabs.add_tab("Output")
         self.table = gui.add_html("")
         self._listen()
@@ -116,7 +122,7 @@ class Panel:
             hint="Half angle of the edge polygon, eq. (10).",
         )  # fmt: skip
         self.seed = gui.add_number("seed", inputs.seed, min=0, max=2**31, step=1)
-        self.compare = gui.add_button("Compare all planners", icon="table")
+        self.compare = gui.add_button("Compare all planners", icon="table", color="gray")
 
     def _listen(self) -> None:
         controller = self._controller

@@ -74,8 +74,10 @@ class Plots:
         )
         self._plots = [_Plot(gui, tab, 2.0 * number, *title) for number, title in enumerate(titles)]
 
-    def show(self, inputs: Inputs, plan: Plan, rival: Plan | None, simulated: Simulated | None) -> None:
-        """Draw the curves of a plan, of a rival's and of a simulated motion where there are."""
+    def show(
+        self, inputs: Inputs, plan: Plan, rival: Plan | None, simulated: Simulated | None, time: float
+    ) -> None:
+        """Draw the curves of a plan, of a rival's and a simulated motion where there are; the cursor at a time."""
         chosen = [
             _thrust(inputs, plan, rival, simulated),
             _pelvis(plan, rival, simulated),
@@ -84,7 +86,7 @@ class Plots:
             _fitness(inputs, plan, rival),
         ]
         for plot, samples in zip(self._plots, chosen, strict=True):
-            plot.show(samples)
+            plot.show(samples, time)
 
     def point_at(self, time: float) -> None:
         """Move the cursor's line to a time [s]."""
@@ -106,7 +108,8 @@ class _Plot:
         self._values: list[Array] = []
         self._at = 0.0
 
-    def show(self, samples: Sequence[Samples]) -> None:
+    def show(self, samples: Sequence[Samples], time: float) -> None:
+        self._at = time
         self._time = np.unique(np.concatenate([sample.time for sample in samples]))
         self._values = [
             np.interp(self._time, sample.time, sample.values, left=np.nan, right=np.nan) for sample in samples
@@ -178,12 +181,13 @@ def _series(curves: Sequence[Curve]) -> tuple[Any, ...]:
 
 
 def _axes() -> tuple[Any, ...]:
-    quiet = {"stroke": "#555", "grid": {"stroke": GRID, "width": 1.0}, "font": "10px sans-serif"}
-    ticks = {"show": False}
-    return (
-        {**quiet, "ticks": ticks, "size": 20.0, "gap": 2.0},
-        {**quiet, "ticks": ticks, "size": 40.0, "gap": 4.0},
-    )
+    quiet = {
+        "stroke": "#555",
+        "grid": {"stroke": GRID, "width": 1.0},
+        "font": "10px sans-serif",
+        "ticks": {"show": False},
+    }
+    return {**quiet, "size": 20.0, "gap": 2.0}, {**quiet, "size": 40.0, "gap": 4.0, "space": 20.0}
 
 
 def _of_planner(plan: Plan, label: str = "", color: str = "", rival: bool = False) -> Curve:

@@ -80,8 +80,8 @@ class RobotView:
         self._root.wxyz = pose.orientation
         half = 0.5 * pose.joint_positions[:, None]
         turns = np.hstack([np.cos(half), np.sin(half) * np.array(self._axes)])
-        for frame, origin, turn in zip(self._joints, self._origins, turns, strict=True):
-            frame.wxyz = _product(origin, turn)
+        for frame, turn in zip(self._joints, _products(np.array(self._origins), turns), strict=True):
+            frame.wxyz = turn
         for ring, room in zip(self._rings, room_to_limits(self._robot, pose.joint_positions), strict=False):
             ring.visible = bool(room < NEAR_LIMIT)
             if ring.visible:
@@ -126,6 +126,15 @@ def _quaternion(rotation: Array) -> Array:
     return np.asarray(SO3.from_matrix(rotation).wxyz, dtype=np.float64)
 
 
-def _product(a: Array, b: Array) -> Array:
-    """Return the rotation ``a b`` of quaternions w, x, y, z."""
-    return np.array([a[0] * b[0] - a[1:] @ b[1:], *(a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]))])
+def _products(a: Array, b: Array) -> Array:
+    """Return the rotations ``a b`` (N, 4) of quaternions w, x, y, z, first b, then a."""
+    aw, ax, ay, az = a.T
+    bw, bx, by, bz = b.T
+    return np.column_stack(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ]
+    )

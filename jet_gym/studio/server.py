@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 DEFAULT_HOST, DEFAULT_PORT = "127.0.0.1", 8080
 
-_CAMERA_POSITION, _CAMERA_TARGET = (1.55, -1.25, 0.75), (0.26, 0.13, 0.16)  # [m]
+_CAMERA_POSITION, _CAMERA_TARGET = (1.35, 1.5, 0.85), (0.29, 0.17, 0.14)  # [m]
 _FIELD_OF_VIEW = 0.66  # [rad]
 _FOG = (3.0, 7.5)  # [m] from where on things fade into the background, and where they are gone
 

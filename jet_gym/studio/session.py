@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import threading
 from contextlib import suppress
 from dataclasses import replace
+from time import monotonic
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,19 +15,17 @@ from jet_gym.errors import JetGymError
 from jet_gym.plan import Plan
 from jet_gym.robot import jet_hr1
 from jet_gym.studio import planning
+from jet_gym.studio.balance_cloud import BalanceCloud, SpaceInputs
 from jet_gym.studio.curves import zmp_margin
 from jet_gym.studio.inputs import Inputs
 from jet_gym.studio.motion import Motion, Pose
-from jet_gym.studio.output_panel import OutputPanel
-from jet_gym.studio.panel import Change, Panel
-from jet_gym.studio.physics import Physics
+from jet_gym.studio.outputs import Outputs
+from jet_gym.studio.panel import BALANCE_SPACE, Change, Panel
 from jet_gym.studio.planner_threads import PlannerThreads
 from jet_gym.studio.planning import Verdict, planner_label
 from jet_gym.studio.player import Player
 from jet_gym.studio.plots import Plots
-from jet_gym.studio.recording import Picture, encode_film, film_times, shoot
 from jet_gym.studio.robot_view import joints_near_limits
-from jet_gym.studio.simulated import Simulated
 from jet_gym.studio.stage import Stage
 from jet_gym.studio.table import comparison_table
 
@@ -39,8 +37,7 @@ if TYPE_CHECKING:
 
 _FIRST_SHOWN = 0.72  # share of the step's time that a page shows at first
 _PAUSE_AT_END = 1.2  # [s] before a motion that plays begins again
-_FILM_RATE = 20.0  # [1/s] frames of a film
-_FILM_SIZE = (540, 960)  # [px] height and width of a film
+_PLOT_INTERVAL = 0.12  # [s] between two places of the plots' cursor while time passes
 
 
 class Session:
@@ -50,9 +47,11 @@ class Session:
         inputs: What is asked for.
         plan: The plan that is shown, if there is one yet.
         rival: The ghost's plan, if there is one.
-        simulated: What the physics engine made of the plan, if it was sent there.
+        motion: What is played: the plan's motion or the simulated one.
         verdict: What was said of the step.
         replans: How many plans have been shown.
+        closed: Whether the tab is.
+        lock: Held by whoever changes what is shown.
         planners: The threads that plan.
         player: The clock.
 
@@ -65,23 +64,22 @@ class Session:
         self.inputs = inputs or Inputs.of_motion("forward")
         self.plan: Plan | None = None
         self.rival: Plan | None = None
-        self.simulated: Simulated | None = None
         self.verdict: Verdict | None = None
         self.replans = 0
         self._client = client
-        self._lock = threading.RLock()
+        self.lock = threading.RLock()
         self._plan_inputs: Inputs | None = None  # what the plan was made from
-        self._motion: Motion | None = None  # what is played
+        self.motion: Motion | None = None  # what is played
         self._rival_motion: Motion | None = None
         self._others: dict[str, Plan] = {}  # plans in the table besides the two that are drawn
         self._time = _FIRST_SHOWN * self.inputs.duration
+        self._cursor_moved = 0.0  # [s] when the plots' cursor was last moved while time passed
         self._moved_foot = "landing"
-        self._closed = False
+        self.closed = False
         self._build()
         name = f"studio-{client.client_id}"
         self.planners = PlannerThreads(self, name)
         self.player = Player(self._advance, f"{name}-player")
-        self.physics = Physics(self._show_progress, self._show_simulated)
         self.change(lambda inputs: inputs)
 
     def _build(self) -> None:
@@ -92,20 +90,22 @@ class Session:
         gui.main_panel.set_width(345)
         self.panel = Panel(gui, self.inputs, self)
         with self.panel.outputs_tab:
-            self.outputs = OutputPanel(gui, self)
+            self.outputs = Outputs(self, self._client)
         plots = gui.add_panel()
         self.plots = Plots(gui, plots.add_tab("Along the step", icon="chart-line"))
         plots.dock_left()
         plots.set_width(330)
         robot = self.inputs.robot or jet_hr1()
         self.stage = Stage(self._client.scene, robot, self._camera_position, self._dragged)
+        self.cloud = BalanceCloud(self._client.scene, f"studio-{self._client.client_id}")
 
     def close(self) -> None:
         """End what works for the tab; may be called twice."""
-        self._closed = True
+        self.closed = True
         self.player.close()
         self.planners.close()
-        self.physics.drop()
+        self.outputs.close()
+        self.cloud.close()
 
     # ---- what a person does
 
@@ -116,7 +116,7 @@ class Session:
             change: From the inputs to the new ones.
             foot: The foot that was moved, if one was.
         """
-        with self._lock, self._client.atomic():
+        with self.lock, self._client.atomic():
             before, self.inputs = self.inputs, change(self.inputs)
             self._moved_foot = foot or self._moved_foot
             self._others = {}
@@ -129,7 +129,9 @@ class Session:
                 self._say(planning.refused(error))
             self.stage.show_step(self.inputs, step)
             self.panel.show_inputs(self.inputs)
-            self._forget_simulation()
+            self.outputs.forget()
+            if step is not None:
+                self.cloud.want(SpaceInputs(step.robot, step.swing, self.inputs.balance), step.support)
         if step is None:
             self.planners.drop()
         else:
@@ -146,21 +148,24 @@ class Session:
 
     def seek(self, time: float) -> None:
         """Show a time [s]."""
-        with self._lock:
+        with self.lock:
             self._time = time
             self._show_moment(move_slider=False)
 
     def show_layer(self, layer: str, visible: bool) -> None:
         """Draw a part of the scene, or leave it out."""
-        with self._lock:
-            self.stage.show_layer(layer, visible)
+        with self.lock:
+            if layer == BALANCE_SPACE:
+                self.cloud.visible = visible
+            else:
+                self.stage.show_layer(layer, visible)
 
     def compare_all(self) -> None:
         """Plan with every planner, one after the other, and put them into the table."""
         inputs = self.inputs
 
         def show(plan: Plan) -> bool:
-            with self._lock:
+            with self.lock:
                 if self.inputs is inputs:
                     self._others[plan.planner] = plan
                     self._show_table()
@@ -168,79 +173,25 @@ class Session:
 
         self.planners.plan_all(inputs, show)
 
-    def simulate(self, thrust: str) -> None:
-        """Send the plan to the physics engine; its motion is shown when it is done."""
-        if self.plan is not None:
-            self.outputs.show_outcome("")
-            self._show_progress(0.0)
-            self.physics.send(self.plan, "pid" if thrust == "pid" else "feedforward")
-
-    def show_simulated(self, simulated: bool) -> None:
-        """Show the simulated motion, or the planned one."""
-        with self._lock:
-            if self.plan is not None:
-                chosen = self.simulated if simulated else None
-                self._motion = Motion.of_plan(self.plan) if chosen is None else chosen.motion
-                self._show_all(self.inputs)
-
-    def save(self) -> None:
-        """Let the browser save the plan as ``plan.json``."""
-        if self.plan is not None:
-            content = json.dumps(self.plan.to_dict(), allow_nan=False).encode()
-            self._client.send_file_download("plan.json", content, save_immediately=True)
-
-    def load(self, name: str, content: bytes) -> None:
-        """Show a plan file as it is, and plan its step anew once something is changed."""
-        try:
-            plan = Plan.from_dict(json.loads(content))
-        except (JetGymError, ValueError, RecursionError) as error:
-            self.outputs.show_outcome(f"{name} is not a plan: {error}", good=False)
-            return
-        with self._lock, self._client.atomic():
+    def show_loaded(self, plan: Plan) -> None:
+        """Show a plan that was made elsewhere as it is; its step is planned anew once something is changed."""
+        with self.lock, self._client.atomic():
             self.planners.drop()
             planner = plan.planner if plan.planner in PLANNERS else self.inputs.planner
             self.inputs = replace(self.inputs.with_step(plan.step), planner=planner, seed=plan.seed, rival=None)
-            self._forget_simulation()
+            self.outputs.forget()
             self._others = {}
             self._time = _FIRST_SHOWN * plan.step.duration
             self.stage.show_step(self.inputs, plan.step)
             self.panel.show_inputs(self.inputs)
             self.show_plans(self.inputs, plan, None)
             self._say(planning.judge(plan, self.inputs))
-        self.outputs.show_outcome(f"showing {name}")
 
-    def record(self, kind: str) -> None:
-        """Record a film of the motion that is shown, and let the browser save it."""
-        threading.Thread(target=self._record, args=(kind,), name="studio-film", daemon=True).start()
-
-    def _record(self, kind: str) -> None:
-        motion = self._motion
-        if motion is None:
-            return
-        self.play(False)
-        times = film_times(motion.start, motion.end, self.player.speed, _FILM_RATE)
-        height, width = _FILM_SIZE
-        done = 0
-
-        def show(time: float) -> None:
-            nonlocal done
-            self._show_progress(done / len(times))
-            done += 1
-            with self._lock:
-                self._time = time
-                self._show_moment()
-
-        def take() -> Picture:
-            return np.asarray(self._client.get_render(height, width, timeout=60.0), dtype=np.uint8)
-
-        try:
-            film = encode_film(shoot(times, show, take), "gif" if kind == "gif" else "mp4", _FILM_RATE)
-        except (RuntimeError, TimeoutError, OSError) as error:
-            self.outputs.show_outcome(f"the film failed: {error}", good=False)
-        else:
-            self._client.send_file_download(f"jet-hr1.{kind}", film, save_immediately=True)
-            self.outputs.show_outcome(f"recorded {len(times)} frames as jet-hr1.{kind}")
-        self._show_progress(None)
+    def show_motion(self, motion: Motion) -> None:
+        """Play this motion of the plan, the planned or the simulated one."""
+        with self.lock:
+            self.motion = motion
+            self._show_all(self.inputs)
 
     def _camera_position(self) -> Array:
         return np.array(self._client.camera.position, dtype=np.float64)
@@ -252,12 +203,13 @@ class Session:
 
     def show_plans(self, inputs: Inputs, plan: Plan | None, rival: Plan | None) -> None:
         """Show a plan, a rival's plan, or both; a rival that is still asked for stays until its next plan."""
-        with self._lock, self._client.atomic():
-            if self._closed or (inputs is not self.inputs and self._plan_inputs is self.inputs):
+        with self.lock, self._client.atomic():
+            if self.closed or (inputs is not self.inputs and self._plan_inputs is self.inputs):
                 return
             stands_in = plan is not None and plan.planner != inputs.planner
             if plan is not None and not (stands_in and self._plan_inputs is inputs):
-                self.plan, self._plan_inputs, self._motion = plan, inputs, Motion.of_plan(plan)
+                self.plan, self._plan_inputs, self.motion = plan, inputs, Motion.of_plan(plan)
+                self.outputs.forget()
                 self.stage.show_plan(plan)
                 self.replans += 1
                 if not plan.violated_points or self.verdict is None or self.verdict.kind in ("holds", "refused"):
@@ -270,39 +222,15 @@ class Session:
 
     def explain(self, plan: Plan, verdict: Verdict) -> None:
         """Say why a plan violates constraints, if it is still shown."""
-        with self._lock:
+        with self.lock:
             if self.plan is plan:
                 self._say(verdict)
 
     def fail(self, inputs: Inputs, planner: str, reason: str) -> None:
         """Say that a planner could not plan."""
-        with self._lock:
+        with self.lock:
             if self.inputs is inputs:
                 self._say(Verdict("refused", f"{planner_label(planner)} cannot plan this step: {reason}"))
-
-    def _show_progress(self, share: float | None) -> None:
-        self.outputs.show_progress(share)
-
-    def _show_simulated(self, plan: Plan, result: Simulated | str) -> None:
-        with self._lock, self._client.atomic():
-            if self._closed or self.plan is not plan:
-                return
-            self._show_progress(None)
-            if isinstance(result, str):
-                self.outputs.show_outcome(result, good=False)
-                return
-            self.simulated = result
-            self.outputs.show_outcome(result.outcome[:1].upper() + result.outcome[1:] + ".", not result.fallen)
-            self.outputs.show_choice(True, simulated=True)
-            self.show_simulated(True)
-
-    def _forget_simulation(self) -> None:
-        self.physics.drop()
-        if self.simulated is not None:
-            self.outputs.show_outcome("")
-        self.simulated = None
-        self._show_progress(None)
-        self.outputs.show_choice(False)
 
     # ---- what is shown
 
@@ -317,24 +245,24 @@ class Session:
         self.stage.ground.mark(self._moved_foot if verdict.kind in ("infeasible", "refused") else None)
 
     def _show_all(self, inputs: Inputs) -> None:
-        if self.plan is None or self._motion is None:
+        if self.plan is None or self.motion is None:
             return
         step = self.plan.step
-        self.panel.show_range(self._motion.start, self._motion.end, step.duration / (step.points - 1))
-        self.plots.show(inputs, self.plan, self.rival, self.simulated)
+        self.panel.show_range(self.motion.start, self.motion.end, step.duration / (step.points - 1))
         self._show_table()
-        self._show_moment()
+        self._show_moment(move_cursor=False)
+        self.plots.show(inputs, self.plan, self.rival, self.outputs.simulated, self._time)
 
     def _show_table(self) -> None:
         shown = {plan.planner: plan for plan in (self.plan, self.rival) if plan is not None}
         self.panel.show_table(comparison_table(list((shown | self._others).values())))
 
-    def _show_moment(self, move_slider: bool = True) -> None:
-        """Show the moment that the clock is at."""
-        if self._motion is None or self.plan is None:
+    def _show_moment(self, move_slider: bool = True, move_cursor: bool = True) -> None:
+        """Show the moment that the clock is at, in the scene and, where asked, at the slider and in the plots."""
+        if self.motion is None or self.plan is None:
             return
-        time = min(max(self._time, self._motion.start), self._motion.end)
-        pose = self._motion.at(time)
+        time = min(max(self._time, self.motion.start), self.motion.end)
+        pose = self.motion.at(time)
         rival = None if self._rival_motion is None else self._rival_motion.at(time)
         limit = self.inputs.max_thrust
         with self._client.atomic():
@@ -342,14 +270,19 @@ class Session:
             if move_slider:
                 self.panel.show_time(time)
             self.panel.show_moment(self._describe(time, pose))
-            self.plots.point_at(time)
+            if move_cursor:
+                self.plots.point_at(time)
 
     def _describe(self, time: float, pose: Pose) -> list[str]:
         """Return what is the case at a moment, in lines."""
         assert self.plan is not None
         step = self.plan.step
         point = min(max(round(time / step.duration * (step.points - 1)), 0), step.points - 1)
-        shown = self.simulated if self.simulated is not None and self._motion is self.simulated.motion else None
+        shown = (
+            self.outputs.simulated
+            if self.outputs.simulated is not None and self.motion is self.outputs.simulated.motion
+            else None
+        )
         margin = float(zmp_margin(step, pose.zmp[None])[0]) if shown is None else shown.margin_at(time)
         lines = [
             f"swing point {point} of 0 to {step.points - 1}, {time:.2f} s",
@@ -365,13 +298,16 @@ class Session:
 
     def _advance(self, elapsed: float) -> None:
         """Let time pass on the page's clock; called by the player."""
-        with self._lock, suppress(RuntimeError):  # the tab may have been closed in between
-            if self._motion is None or self._closed:
+        with self.lock, suppress(RuntimeError):  # the tab may have been closed in between
+            if self.motion is None or self.closed:
                 return
             self._time += elapsed
-            if self._time > self._motion.end + _PAUSE_AT_END * self.player.speed:
-                self._time = self._motion.start
-            self._show_moment()
+            if self._time > self.motion.end + _PAUSE_AT_END * self.player.speed:
+                self._time = self.motion.start
+            now = monotonic()
+            move_cursor = now - self._cursor_moved > _PLOT_INTERVAL
+            self._cursor_moved = now if move_cursor else self._cursor_moved
+            self._show_moment(move_cursor=move_cursor)
 
 
 def _inside(margin: float) -> str:

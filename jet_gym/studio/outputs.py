@@ -1,0 +1,139 @@
+"""What one page does with its plan: simulates it, saves and loads it, films it."""
+
+from __future__ import annotations
+
+import json
+import threading
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from jet_gym.errors import JetGymError
+from jet_gym.plan import Plan
+from jet_gym.studio.motion import Motion
+from jet_gym.studio.output_panel import OutputPanel
+from jet_gym.studio.physics import Physics
+from jet_gym.studio.recording import Picture, encode_film, film_times, shoot
+from jet_gym.studio.simulated import Simulated
+
+if TYPE_CHECKING:
+    from viser import ClientHandle
+
+    from jet_gym.studio.session import Session
+
+_FILM_RATE = 20.0  # [1/s] frames of a film
+_FILM_SIZE = (540, 960)  # [px] height and width of a film
+_PATIENCE = 60.0  # [s] for a picture from the browser
+
+
+class Outputs:
+    """Does with a page's plan what its output panel asks for.
+
+    Attributes:
+        simulated: What the physics engine made of the plan, if it was sent there.
+
+    Args:
+        session: The page's session.
+        client: The tab.
+    """
+
+    def __init__(self, session: Session, client: ClientHandle) -> None:
+        self.simulated: Simulated | None = None
+        self._session = session
+        self._client = client
+        self.panel = OutputPanel(client.gui, self)
+        self._physics = Physics(self.panel.show_progress, self._show_result)
+
+    def close(self) -> None:
+        """Give up what is under way."""
+        self._physics.drop()
+
+    def forget(self) -> None:
+        """Give up and forget what belongs to a plan that is there no more."""
+        self._physics.drop()
+        if self.simulated is not None:
+            self.panel.show_outcome("")
+        self.simulated = None
+        self.panel.show_progress(None)
+        self.panel.show_choice(False)
+
+    def simulate(self, thrust: str) -> None:
+        """Send the plan to the physics engine; its motion is shown when it is done."""
+        plan = self._session.plan
+        if plan is not None:
+            self.panel.show_outcome("")
+            self.panel.show_progress(0.0)
+            self._physics.send(plan, "pid" if thrust == "pid" else "feedforward")
+
+    def show_simulated(self, simulated: bool) -> None:
+        """Show the simulated motion, or the planned one."""
+        session = self._session
+        with session.lock:
+            if session.plan is not None:
+                there = self.simulated if simulated else None
+                session.show_motion(Motion.of_plan(session.plan) if there is None else there.motion)
+
+    def save(self) -> None:
+        """Let the browser save the plan as ``plan.json``."""
+        plan = self._session.plan
+        if plan is not None:
+            content = json.dumps(plan.to_dict(), allow_nan=False).encode()
+            self._client.send_file_download("plan.json", content, save_immediately=True)
+
+    def load(self, name: str, content: bytes) -> None:
+        """Show a plan file as it is."""
+        try:
+            plan = Plan.from_dict(json.loads(content))
+        except (JetGymError, ValueError, RecursionError) as error:
+            self.panel.show_outcome(f"{name} is not a plan: {error}", good=False)
+            return
+        self._session.show_loaded(plan)
+        self.panel.show_outcome(f"showing {name}")
+
+    def record(self, kind: str) -> None:
+        """Record a film of the motion that is shown, and let the browser save it."""
+        threading.Thread(target=self._record, args=(kind,), name="studio-film", daemon=True).start()
+
+    def _show_result(self, plan: Plan, result: Simulated | str) -> None:
+        session = self._session
+        with session.lock, self._client.atomic():
+            if session.closed or session.plan is not plan:
+                return
+            self.panel.show_progress(None)
+            if isinstance(result, str):
+                self.panel.show_outcome(result, good=False)
+                return
+            self.simulated = result
+            self.panel.show_outcome(f"{result.outcome[:1].upper()}{result.outcome[1:]}.", not result.fallen)
+            self.panel.show_choice(True, simulated=True)
+            self.show_simulated(True)
+
+    def _record(self, kind: str) -> None:
+        session = self._session
+        motion = session.motion
+        if motion is None:
+            return
+        session.play(False)
+        times = film_times(motion.start, motion.end, session.player.speed, _FILM_RATE)
+        height, width = _FILM_SIZE
+        done = 0
+
+        def show(time: float) -> None:
+            nonlocal done
+            self.panel.show_progress(done / len(times))
+            done += 1
+            session.seek(time)
+
+        def take() -> Picture:
+            return np.asarray(self._client.get_render(height, width, timeout=_PATIENCE), dtype=np.uint8)
+
+        try:
+            film = encode_film(shoot(times, show, take), "gif" if kind == "gif" else "mp4", _FILM_RATE)
+        except (RuntimeError, TimeoutError, OSError) as error:  # the tab was closed, or its browser does not draw
+            if not session.closed:
+                self.panel.show_outcome(f"the film failed: {error}", good=False)
+        else:
+            self._client.send_file_download(f"jet-hr1.{kind}", film, save_immediately=True)
+            self.panel.show_outcome(f"recorded {len(times)} frames as jet-hr1.{kind}")
+        if not session.closed:
+            self.panel.show_progress(None)
