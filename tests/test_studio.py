@@ -38,6 +38,7 @@ from jet_gym.studio.ground_view import meet_horizontal_plane
 from jet_gym.studio.inputs import FEET, Inputs
 from jet_gym.studio.motion import Motion
 from jet_gym.studio.panel import mirrored
+from jet_gym.studio.physics import Physics
 from jet_gym.studio.player import Player
 from jet_gym.studio.recording import encode_film, film_times
 from jet_gym.studio.robot_shapes import robot_tree
@@ -451,3 +452,43 @@ def test_hull_of_the_balance_space_lies_around_its_places() -> None:
     places = np.stack(np.meshgrid(space.x, space.y, space.z, indexing="ij"), axis=-1)[inside] - space.support
     assert (np.abs(vertices.min(axis=0) - places.min(axis=0)) < 0.08).all()
     assert (np.abs(vertices.max(axis=0) - places.max(axis=0)) < 0.08).all()
+
+
+# ---- physics
+
+
+def test_simulated_motion_is_on_the_clock_of_its_plan() -> None:
+    """Lift-off at zero, landing at the plan's duration, and the robot where the kinematics has it all the while."""
+    pytest.importorskip("pybullet")
+    plan = planning.plan_with("gas", replace(SIDE, points=10, duration=2.5), never)
+    assert plan is not None
+    done = threading.Event()
+    results: list[Any] = []
+    shares: list[float] = []
+    physics = Physics(shares.append, lambda _plan, result: (results.append(result), done.set()))
+    physics.send(plan)
+    assert done.wait(120.0)
+    (simulated,) = results
+    assert not simulated.fallen, simulated.outcome
+    assert shares == sorted(shares)
+    motion = simulated.motion
+    assert motion.start < 0.0 < plan.step.duration < motion.end
+    lifted = motion.poses.swing_sole[:, 2] > 0.01
+    assert -0.2 < motion.time[lifted][0] < 0.5 * plan.step.duration
+    landed = motion.at(plan.step.duration)
+    np.testing.assert_allclose(landed.swing_sole, plan.step.landing, atol=5e-3)
+    pose = motion.at(0.5 * plan.step.duration)
+    np.testing.assert_allclose(pose.pelvis, Motion.of_plan(plan).at(0.5 * plan.step.duration).pelvis, atol=0.02)
+    fan = plan.step.robot.left.fan[2] - plan.step.robot.left.sole[2]
+    assert pose.fan[2] - pose.swing_sole[2] == pytest.approx(fan, abs=2e-3)
+
+
+def test_dropped_simulation_is_not_reported(plan: Plan) -> None:
+    pytest.importorskip("pybullet")
+    results: list[Any] = []
+    physics = Physics(lambda _: None, lambda _plan, result: results.append(result))
+    thread = physics.send(plan)
+    physics.drop()
+    thread.join(60.0)
+    assert not thread.is_alive()
+    assert results == []

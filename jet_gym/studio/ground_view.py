@@ -25,6 +25,7 @@ _BAD_COLOR = (205, 40, 45)
 _DITCH_COLOR = (120, 152, 178)
 _TAPE = 0.036  # [m] wide
 _PROUD = 0.0006  # [m] by which tape stands out
+_SPAN_ASIDE = 0.45  # [m] from the middle of the step to where the ditch's width is written
 _DITCH_REACH = 0.75  # [m] to either side of the step
 _FARTHEST = 3.0  # [m] from the middle of the world to where a block can be dragged
 _HIGHEST, _LOWEST = 0.6, -0.6  # [m] to where a block can be lifted or lowered
@@ -130,7 +131,7 @@ class GroundView:
         self._ditch.dimensions = (size[0], size[1], size[2])
         ends = np.repeat(center[None], 2, axis=0)
         ends[:, long] = ditch.edges
-        ends[:, wide] -= 0.45 if ditch.axis == 0 else 0.0
+        ends[:, wide] += _SPAN_ASIDE
         ends[:, 2] += 0.004
         self._span.points = ends[None]
         self._span_label.position = ends.mean(axis=0)

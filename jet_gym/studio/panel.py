@@ -171,6 +171,13 @@ class Panel:
         self.points.value = min(max(inputs.points, 10), 180)
         self.duration.value = min(max(inputs.duration, 2.0), 30.0)
         self.planner.value = inputs.planner
+        self.rival.value = inputs.rival or _NOBODY
+        self.thrust_model.value = inputs.thrust_model
+        self.smoothness.value = round(inputs.smoothness_weight / PER_SQUARE_CENTIMETRE)
+        self.margin.value = round(1e3 * inputs.zmp_margin)
+        if inputs.max_thrust is not None:
+            self.max_thrust.value = round(inputs.max_thrust)
+        self.edge.value = math.degrees(inputs.edge_tolerance)
         self.seed.value = inputs.seed
 
     def show_playing(self, playing: bool) -> None:
