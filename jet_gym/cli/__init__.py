@@ -11,6 +11,7 @@ from jet_gym import __version__
 from jet_gym.cli.balance_space import balance_space_command
 from jet_gym.cli.plan import plan_command
 from jet_gym.cli.reproduce import reproduce_command
+from jet_gym.cli.robustness import robustness_command
 from jet_gym.cli.simulate import simulate_command
 from jet_gym.cli.studies import claims_command, sweep_command
 from jet_gym.cli.studio import studio_command
@@ -32,6 +33,7 @@ def cli() -> None:
 for command in (
     plan_command,
     simulate_command,
+    robustness_command,
     balance_space_command,
     sweep_command,
     claims_command,

@@ -8,6 +8,7 @@ from jet_gym.figures.calculation_time import plot_calculation_time
 from jet_gym.figures.estimates import plot_estimates
 from jet_gym.figures.experiment import plot_execution, plot_pictures
 from jet_gym.figures.locomotion import plot_locomotion
+from jet_gym.figures.robustness import plot_robustness
 from jet_gym.figures.style import check_figure_path, png_bytes, save_figure
 from jet_gym.figures.sweep import SweepRow, plot_smoothness_sweep
 from jet_gym.figures.trajectories import plot_trajectories
@@ -22,6 +23,7 @@ __all__ = [
     "plot_execution",
     "plot_locomotion",
     "plot_pictures",
+    "plot_robustness",
     "plot_smoothness_sweep",
     "plot_trajectories",
     "png_bytes",

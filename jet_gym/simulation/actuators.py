@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Protocol
 
 import numpy as np
 
-from jet_gym.robot import Side
+from jet_gym.robot import SIDES, Side
 from jet_gym.simulation.body import RobotBody
+from jet_gym.simulation.disturbances import Disturbance
 from jet_gym.simulation.motion import CommandBlend, FanLag
 from jet_gym.simulation.settings import SimulationSettings
 from jet_gym.urdf import Array
@@ -46,16 +48,18 @@ class Actuators:
         self.thrust = self.told = 0.0
         self.feedback: ThrustFeedback | None = None
 
-    def reset(self, posture: Array, thrust: float, swing: Side) -> None:
+    def reset(self, posture: Array, thrust: float, swing: Side, disturbance: Disturbance) -> None:
         """Rest in a posture, with both fans still and one of them told to blow."""
         self.posture, self.target = posture, posture
         self.thrust = self.told = thrust
         self._blowing = swing
         self._blend.reset(posture)
-        left, right = self._body.robot.fans
+        lag, gain = disturbance.fan_lag, disturbance.thrust_gain
         self._fans: dict[Side, FanLag] = {
-            "left": FanLag(left, self._settings.time_step),
-            "right": FanLag(right, self._settings.time_step),
+            side: FanLag(
+                fan if lag is None else dataclasses.replace(fan, time_constant=lag), self._settings.time_step, gain
+            )
+            for side, fan in zip(SIDES, self._body.robot.fans, strict=True)
         }
 
     def swing(self, side: Side) -> None:

@@ -89,6 +89,17 @@ class RobotBody:
                 links.append(link)
         return links
 
+    def leg_parts(self, side: Side) -> list[list[int]]:
+        """Return the links that each of a leg's six joints moves up to the next one, from the hip down."""
+        joints = self._joints[:6] if side == "left" else self._joints[6:]
+        parts: dict[int, list[int]] = {joint: [] for joint in joints}
+        part_of = {joint: joint for joint in joints}
+        for link, parent in sorted(self._parents.items()):
+            if link in part_of or parent in part_of:
+                part_of.setdefault(link, part_of.get(parent, link))
+                parts[part_of[link]].append(link)
+        return list(parts.values())
+
     def foot(self, side: Side) -> int:
         """Return the index of the link that carries a sole."""
         parent: int = self._parents[self._links[self._names(side).sole]]
@@ -101,14 +112,29 @@ class RobotBody:
     def set_up(self, settings: SimulationSettings) -> None:
         """Set friction, damping and the speed limits of the servos."""
         client = self._client
+        self.set_contacts(settings, settings.sole_friction, settings.contact_stiffness)
+        for joint, speed in zip(self._joints, self.robot.velocity.tolist(), strict=True):
+            # A motor keeps this limit; the calls for many motors at once cannot set it.
+            client.setJointMotorControl2(self.id, joint, client.POSITION_CONTROL, 0.0, maxVelocity=speed)
+        self._position_gains = [settings.position_gain] * 12
+        self._velocity_gains = [settings.velocity_gain] * 12
+
+    def set_contacts(self, settings: SimulationSettings, friction: float, stiffness: float) -> None:
+        """Set what the robot's links are like to touch.
+
+        Args:
+            settings: Damping and the rest.
+            friction: Coulomb friction [1].
+            stiffness: Stiffness of a contact point [N/m].
+        """
         for link in (-1, *self._links.values()):
-            client.changeDynamics(
+            self._client.changeDynamics(
                 self.id,
                 link,
-                lateralFriction=settings.sole_friction,
+                lateralFriction=friction,
                 spinningFriction=settings.spinning_friction,
                 rollingFriction=settings.rolling_friction,
-                contactStiffness=settings.contact_stiffness,
+                contactStiffness=stiffness,
                 contactDamping=settings.contact_damping,
                 restitution=settings.restitution,
                 frictionAnchor=1,  # else the solver's residual lets a standing robot creep by 0.4 mm/s
@@ -116,11 +142,6 @@ class RobotBody:
                 angularDamping=0.0,
                 jointDamping=0.0,
             )
-        for joint, speed in zip(self._joints, self.robot.velocity.tolist(), strict=True):
-            # A motor keeps this limit; the calls for many motors at once cannot set it.
-            client.setJointMotorControl2(self.id, joint, client.POSITION_CONTROL, 0.0, maxVelocity=speed)
-        self._position_gains = [settings.position_gain] * 12
-        self._velocity_gains = [settings.velocity_gain] * 12
 
     def place(self, joint_positions: Array, pelvis: Pose) -> None:
         """Put the robot somewhere, at rest.

@@ -38,7 +38,7 @@ class Cartons:
     Attributes:
         bodies: PyBullet bodies of the cartons, by what stands on them.
         floor: PyBullet body of the floor.
-        soles: Where the soles stand on them [m], likewise.
+        soles: Where the soles stand on them [m], likewise; their heights are those of the cartons' tops.
 
     Args:
         client: The physics server.
@@ -57,33 +57,43 @@ class Cartons:
             self._move(body, (5.0 * number, 0.0, _PARKED))
         self._start_cleared = False
 
-    def place(self, step: Step) -> None:
-        """Put the cartons under the soles of a step and the floor below them; the same ones each time."""
+    def place(self, step: Step, rise: float = 0.0) -> None:
+        """Put the cartons under the soles of a step and the floor below them; the same ones each time.
+
+        Args:
+            step: The step.
+            rise: By how much the landing's carton is higher than the step says [m].
+        """
         self.bodies = dict(self._loaded)
-        self.soles = {"start": step.start, "support": step.support, "landing": step.landing}
+        self.soles = {"start": step.start, "support": step.support, "landing": _raised(step.landing, rise)}
         self._start_cleared = False
         for role in ROLES:
             self._put_under_sole(step, role)
         self._lower_floor()
 
-    def continue_with(self, step: Step) -> None:
+    def continue_with(self, step: Step, rise: float = 0.0) -> None:
         """Keep the cartons under the two feet where they are and move the third one under the next landing.
+
+        Args:
+            step: The step.
+            rise: By how much the landing's carton is higher than the step says [m].
 
         Raises:
             StepError: If the step begins elsewhere than the last one ended.
         """
         free, bodies = dict(self.soles), dict(self.bodies)
+        soles: dict[Role, Vector] = {"landing": _raised(step.landing, rise)}
         feet: tuple[tuple[Role, Vector], ...] = (("start", step.start), ("support", step.support))
         for role, sole in feet:
             nearest = min(free, key=lambda other: math.dist(free[other], sole))
             if math.dist(free[nearest], sole) > _STANDING:
                 raise StepError(f"the {role} of the next step, {sole} m, is not where a foot of this step ends")
-            del free[nearest]
+            soles[role] = free.pop(nearest)
             bodies[role] = self.bodies[nearest]
         (spare,) = free
         bodies["landing"] = self.bodies[spare]
         self.bodies = bodies
-        self.soles = {"start": step.start, "support": step.support, "landing": step.landing}
+        self.soles = soles
         self._start_cleared = False
         self._put_under_sole(step, "landing")
         self._lower_floor()
@@ -165,3 +175,7 @@ class Cartons:
         )
         body: int = client.createMultiBody(0.0, collision, visual)
         return body
+
+
+def _raised(sole: Vector, rise: float) -> Vector:
+    return sole[0], sole[1], sole[2] + rise

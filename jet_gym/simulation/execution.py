@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -13,6 +14,7 @@ from jet_gym.errors import SettingsError, require_number
 from jet_gym.plan import Plan
 from jet_gym.robot import Side
 from jet_gym.simulation.course import Course, CourseSettings, Phase, make_course
+from jet_gym.simulation.disturbances import Disturbance
 from jet_gym.simulation.history import Execution, History
 from jet_gym.simulation.imu import Imu, ImuSettings
 from jet_gym.simulation.settings import SimulationSettings
@@ -74,6 +76,7 @@ def execute(
     settings: ExecutionSettings | None = None,
     seed: int = 0,
     *,
+    disturbance: Disturbance | None = None,
     gui: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Execution:
@@ -99,6 +102,7 @@ def execute(
         plans: One plan or several, each beginning where the one before it ended.
         settings: How; the defaults where omitted.
         seed: Of the IMU's bias and noise.
+        disturbance: What differs from the model; nothing where omitted.
         gui: Whether to show PyBullet's window, in real time.
         progress: Called with how many hundredths of a second are done and how many there are.
 
@@ -113,9 +117,23 @@ def execute(
         raise ValueError(f"seed must be a whole number of 0 or more, not {seed!r}")
     course = make_course(plans, settings.course)
     with World(plans[0].step.robot, settings.simulation, gui=gui) as world:
-        run = _Run(world, course, settings, int(seed), progress)
+        world.disturb(disturbance or Disturbance())
+        run = _Run(world, course, _disturbed(settings, disturbance), int(seed), progress)
         run.run()
         return run.history.execution(course, settings.thrust, int(seed), run.failure)
+
+
+def _disturbed(settings: ExecutionSettings, disturbance: Disturbance | None) -> ExecutionSettings:
+    """Return settings whose IMU is that of a disturbance."""
+    if disturbance is None:
+        return settings
+    imu = settings.imu
+    noisy = {
+        name: disturbance.imu_noise * getattr(imu, name)
+        for name in ("accelerometer_noise", "gyroscope_noise", "accelerometer_bias", "gyroscope_bias")
+    }
+    delay = imu.delay if disturbance.imu_delay is None else disturbance.imu_delay
+    return dataclasses.replace(settings, imu=dataclasses.replace(imu, delay=delay, **noisy))
 
 
 class _Run:
@@ -156,8 +174,8 @@ class _Run:
 
     def _thrust(self, thrust: float) -> float:
         """Return what the fan is told: what was commanded, with the PID's correction where there is one."""
-        corrected = self._feedback(thrust)
-        return self._settings.fan_power * (corrected if self._settings.thrust == "pid" else thrust)
+        chosen = self._feedback(thrust) if self._settings.thrust == "pid" else thrust
+        return self._settings.fan_power * chosen
 
     def _go_through(self, phase: Phase) -> None:
         frames = max(math.ceil(phase.duration / self._frame - 1e-9), 1)
@@ -206,7 +224,8 @@ class _Run:
         self._feedback.active = in_the_air and phase.kind in ("motion", "transition", "finish")
         command = thrust if self._plan == phase.plan else next_thrust
         measured = self._world.advance(joints, command, self._frame)
-        self.history.add(measured, phase.name, self._plan, self._swing, command, self._feedback.up)
+        up = self._feedback.up if self._settings.thrust == "pid" else None
+        self.history.add(measured, phase.name, self._plan, self._swing, command, up)
         if self._progress is not None:
             hundredths = round(100.0 * self._course.duration)
             self._progress(min(round(100.0 * measured.time), hundredths), hundredths)

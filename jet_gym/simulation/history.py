@@ -45,7 +45,7 @@ class Execution:
         tilt: Angle between the pelvis' z axis and the vertical (N,) [rad].
         roll: Rotation of the pelvis about x of the frame that shares its yaw (N,) [rad].
         pitch: Likewise about y (N,) [rad].
-        estimated_roll: Roll as the IMU's filter sees it (N,) [rad].
+        estimated_roll: Roll as the IMU's filter sees it (N,) [rad]; NaN where the thrust does not need it.
         estimated_pitch: Pitch likewise (N,) [rad].
         center_of_mass: Centre of mass (N, 3) [m].
         zmp: Centre of the ground's forces on both feet (N, 2) [m]; NaN without contact.
@@ -159,7 +159,7 @@ class History:
         self.forces = self._look()[0]
 
     def add(
-        self, measured: Measurement, phase: str, plan: int, swing: Side, thrust: float, estimated_up: Array
+        self, measured: Measurement, phase: str, plan: int, swing: Side, thrust: float, estimated_up: Array | None
     ) -> None:
         """Add a row.
 
@@ -169,7 +169,7 @@ class History:
             plan: Index of the plan.
             swing: The swing leg.
             thrust: Feed-forward thrust [N].
-            estimated_up: The vertical (3,) in the pelvis' frame, as the IMU's filter sees it.
+            estimated_up: The vertical (3,) in the pelvis' frame, as the IMU's filter sees it, if one is used.
         """
         world = self._world
         self.forces, centers = self._look()
@@ -180,7 +180,7 @@ class History:
         soles = [world.body.sole(side) for side in SIDES]
         robot = world.robot
         carrying = touching & (loads > 0.02 * max(total, 1e-9))
-        x, y, z = estimated_up.tolist()
+        x, y, z = (math.nan,) * 3 if estimated_up is None else estimated_up.tolist()
         row = {
             "time": measured.time,
             "phase": phase,

@@ -84,8 +84,12 @@ class Imu:
         self._due = -math.inf
         self._on_its_way: deque[ImuSample] = deque()
 
-    def measure(self, time: float, axes: Array, velocity: Array, angular_velocity: Array) -> list[ImuSample]:
-        """Look at the motion of the frame and return the samples that have arrived, mostly one or none.
+    def due(self, time: float) -> bool:
+        """Tell whether a sample is to be measured now [s]."""
+        return time >= self._due - 1e-9
+
+    def measure(self, time: float, axes: Array, velocity: Array, angular_velocity: Array) -> None:
+        """Take a sample of the motion of the frame; the first time there is no acceleration yet, and no sample.
 
         Args:
             time: Now [s]; it increases from call to call.
@@ -93,14 +97,16 @@ class Imu:
             velocity: Velocity of the frame's origin (3,) [m/s], world.
             angular_velocity: Angular velocity (3,) [rad/s], world.
         """
-        if time >= self._due - 1e-9:
-            if self._last is not None:
-                before, velocity_before = self._last
-                acceleration = (velocity - velocity_before) / (time - before)  # the unit's own mean over a sample
-                self._on_its_way.append(self._sample(time, axes, acceleration, angular_velocity))
-            self._last = time, np.array(velocity)
-            period = 1.0 / self._settings.rate
-            self._due = time + period if self._due < time - period else self._due + period
+        if self._last is not None:
+            before, velocity_before = self._last
+            acceleration = (velocity - velocity_before) / (time - before)  # the unit's own mean over a sample
+            self._on_its_way.append(self._sample(time, axes, acceleration, angular_velocity))
+        self._last = time, np.array(velocity)
+        period = 1.0 / self._settings.rate
+        self._due = time + period if self._due < time - period else self._due + period
+
+    def arrived(self, time: float) -> list[ImuSample]:
+        """Return the samples that have arrived until now [s] and were not returned before, mostly one or none."""
         arrived = []
         while self._on_its_way and self._on_its_way[0].time + self._settings.delay <= time + 1e-9:
             arrived.append(self._on_its_way.popleft())

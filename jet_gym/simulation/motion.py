@@ -56,15 +56,17 @@ class FanLag:
     Args:
         fan: Its largest thrust and its time constant.
         time_step: Simulation step [s].
+        gain: Thrust over what the fan was told [1]; a weak fan's largest thrust is less by as much.
     """
 
-    def __init__(self, fan: Fan, time_step: float) -> None:
+    def __init__(self, fan: Fan, time_step: float, gain: float = 1.0) -> None:
         self.max_thrust = fan.max_thrust
         self.thrust = 0.0  # [N] delivered
+        self._gain = gain
         self._share_kept = math.exp(-time_step / fan.time_constant) if fan.time_constant > 0.0 else 0.0
 
     def step(self, command: float) -> float:
         """Let a simulation step pass under a command [N], clipped to what the fan can do; return the thrust [N]."""
-        possible = min(max(command, 0.0), self.max_thrust)
+        possible = min(self._gain * min(max(command, 0.0), self.max_thrust), self.max_thrust)
         self.thrust = possible + (self.thrust - possible) * self._share_kept
         return self.thrust

@@ -25,11 +25,13 @@ class Footing:
         step: The step.
         support: The support leg.
         sole: Where the support sole stood (3,) [m].
+        ground: Height of the carton that it stands on [m].
     """
 
     step: Step
     support: Side
     sole: Array
+    ground: float
 
 
 class Recorder:
@@ -99,7 +101,7 @@ class Recorder:
             support_force=float(np.mean(self._support_forces)),
             swing_force=float(np.mean(self._swing_forces)),
             support_slip=math.hypot(*slip),
-            support_lift=float(self.support_sole.position[2]) - self._footing.step.support[2],
+            support_lift=float(self.support_sole.position[2]) - self._footing.ground,
             tilt=self._tilts[-1],
             peak_tilt=max(self._tilts),
             roll=self.roll,
@@ -136,7 +138,7 @@ class Recorder:
         height = self.pelvis.pose.position[2] - self.support_sole.position[2]
         if height < settings.least_height * self._body.robot.leg_length:
             return f"the pelvis is only {1e3 * height:.0f} mm above the support sole"
-        lift = self.support_sole.position[2] - self._footing.step.support[2]
+        lift = self.support_sole.position[2] - self._footing.ground
         if abs(lift) > settings.max_lift:
             return f"the support foot is lost: its sole is {1e3 * lift:.0f} mm off its carton"
         return ""

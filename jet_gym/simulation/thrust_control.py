@@ -18,10 +18,11 @@ from jet_gym.errors import SettingsError, require_number
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.robot import Side
 from jet_gym.simulation.body import RobotBody
-from jet_gym.simulation.imu import ComplementaryFilter, Imu
+from jet_gym.simulation.imu import ComplementaryFilter, Imu, ImuSample
 from jet_gym.urdf import Array
 
 _LEAST_LEVER = 0.1  # [m]
+_LEVER_EVERY = 0.05  # [s] it changes slowly
 
 
 @dataclass(frozen=True)
@@ -108,6 +109,8 @@ class AttitudeFeedback:
         self._time_step = time_step
         self._time, self._last_sample = 0.0, 0.0
         self._swing: Side = "left"
+        self._lever: tuple[Array, float] = np.zeros(2), _LEAST_LEVER
+        self._lever_due = -math.inf
         self.active = False
         self.up = self._filter.up
         self.correction = 0.0
@@ -116,28 +119,33 @@ class AttitudeFeedback:
         """Say which foot's fan blows."""
         self._swing = side
         self._pid.reset()
+        self._lever_due = -math.inf
 
     def __call__(self, thrust: float) -> float:
         """Return the thrust [N] to command in place of the planned one."""
         self._time += self._time_step
-        axes, velocity, angular_velocity = self._body.imu_motion()
-        for sample in self._imu.measure(self._time, axes, velocity, angular_velocity):
+        if self._imu.due(self._time):
+            self._imu.measure(self._time, *self._body.imu_motion())
+        for sample in self._imu.arrived(self._time):
             self.up = self._filter.update(sample)
             elapsed, self._last_sample = sample.time - self._last_sample, sample.time
             if self.active:
-                self.correction = self._correction(sample.angular_velocity, elapsed)
+                self.correction = self._correction(sample, elapsed)
         if not self.active:
             self._pid.reset()
             self.correction = 0.0
         return thrust + self.correction
 
-    def _correction(self, angular_velocity: Array, elapsed: float) -> float:
-        direction, lever = self._lever()
+    def _correction(self, sample: ImuSample, elapsed: float) -> float:
+        if sample.time >= self._lever_due:
+            self._lever, self._lever_due = self._measure_lever(), sample.time + _LEVER_EVERY
+        direction, lever = self._lever
+        angular_velocity = sample.angular_velocity
         tilt = -math.asin(min(max(float(self.up[:2] @ direction), -1.0), 1.0))
         speed = float(angular_velocity[1] * direction[0] - angular_velocity[0] * direction[1])
         return self._pid.moment(tilt, speed, elapsed) / max(lever, _LEAST_LEVER)
 
-    def _lever(self) -> tuple[Array, float]:
+    def _measure_lever(self) -> tuple[Array, float]:
         """Return direction (2,) and length [m] of the way from support sole to fan, in the pelvis' frame."""
         points = forward_kinematics(self._body.robot, self._body.joints()[0])
         swing, support = (0, 1) if self._swing == "left" else (1, 0)

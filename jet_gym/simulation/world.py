@@ -16,6 +16,8 @@ from jet_gym.simulation.actuators import Actuators
 from jet_gym.simulation.body import Pose, RobotBody
 from jet_gym.simulation.bullet import configure, connect
 from jet_gym.simulation.cartons import Cartons
+from jet_gym.simulation.disturbances import Disturbance
+from jet_gym.simulation.disturber import Disturber
 from jet_gym.simulation.errors import WorldStateError
 from jet_gym.simulation.measurement import Measurement
 from jet_gym.simulation.recorder import Footing, Recorder
@@ -64,8 +66,10 @@ class World:
         self.body.set_up(self.settings)
         self._pristine: int = self.client.saveState()
         self.actuators = Actuators(self.body, self.settings)
+        self._disturber = Disturber(self.client, self.body, self.settings)
         self._footing: Footing | None = None  # none: the robot stands nowhere
         self._steps_done, self._time_asked = 0, 0.0
+        self._step_number = 0  # of the course
 
     def __enter__(self) -> World:
         return self
@@ -110,11 +114,12 @@ class World:
         command, thrust = self._command(joint_positions), _finite(thrust, "thrust")
         pose = _level_pose(pelvis, pelvis_yaw)
         self.client.restoreState(self._pristine)
+        self._disturber.begin()
         self.place_cartons(step)
         support = _other(step.swing)
         sole = forward_kinematics(self.robot, command).soles[0 if support == "left" else 1]
         self.body.place(command, pose._replace(position=pose.position + step.support - pose.point(sole)))
-        self.actuators.reset(command, thrust, step.swing)
+        self.actuators.reset(command, thrust, step.swing, self._disturber.disturbance)
         self._footing = self._stand(step, np.array(step.support))
         settle_steps = max(self.settings.steps(self.settings.settle_time), 1)
         self._steps_done, self._time_asked = -settle_steps, 0.0
@@ -122,6 +127,11 @@ class World:
         self._steps_done = 0
         self._footing = self._stand(step, self.body.sole(support).position)
         return settled
+
+    def disturb(self, disturbance: Disturbance) -> None:
+        """Let a disturbance act from the next reset on; ``Disturbance()`` is none."""
+        self._refuse_if_closed()
+        self._disturber.disturbance = disturbance
 
     def advance(
         self, joint_positions: ArrayLike, thrust: float, duration: float, *, stop_on_fall: bool = True
@@ -168,7 +178,8 @@ class World:
         """
         self._standing()
         self._refuse_other_robot(step)
-        self.cartons.continue_with(step)
+        self._step_number += 1
+        self.cartons.continue_with(step, self._disturber.disturbance.block_height(self._step_number))
         self.step = step
         self.actuators.swing(step.swing)
         self._footing = self._stand(step, self.body.sole(_other(step.swing)).position)
@@ -192,8 +203,8 @@ class World:
         """
         self._refuse_if_closed()
         self._refuse_other_robot(step)
-        self.step, self._footing = step, None
-        self.cartons.place(step)
+        self.step, self._footing, self._step_number = step, None, 0
+        self.cartons.place(step, self._disturber.disturbance.block_height(0))
 
     def pose(self, joint_positions: ArrayLike, pelvis: ArrayLike, pelvis_yaw: float) -> None:
         """Put the robot somewhere without any dynamics, to look at it; to simulate again, reset.
@@ -220,6 +231,7 @@ class World:
         self.actuators.set_course(command, thrust, steps)
         for k in range(1, steps + 1):
             delivered = self.actuators.step()
+            self._disturber.step(self.time)
             self.client.stepSimulation()
             self._steps_done += 1
             recorder.step(delivered)
@@ -236,7 +248,7 @@ class World:
         """Let the feet touch their cartons, and remember where the support sole is."""
         self._set_collisions()
         self._clock = perf_counter() - self.time
-        return Footing(step, _other(step.swing), sole)
+        return Footing(step, _other(step.swing), sole, self.cartons.soles["support"][2])
 
     def _set_collisions(self) -> None:
         if self.step is not None:

@@ -1,0 +1,230 @@
+"""Many executions under disturbances: run in parallel, kept on disk, taken up again where they were interrupted."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+import numpy as np
+
+from jet_gym.errors import JetGymError
+from jet_gym.files import write_whole
+from jet_gym.plan import Plan
+from jet_gym.simulation.course import make_course
+from jet_gym.simulation.disturbances import Disturbance, DisturbanceRanges, Push
+from jet_gym.simulation.execution import ExecutionSettings, ThrustControl, execute
+
+FORMAT = "jet-gym-robustness/1"
+CONTROLS: tuple[ThrustControl, ThrustControl] = ("feedforward", "pid")
+_SAVE_EVERY = 5.0  # [s]
+Progress = Callable[[int, int], None]
+
+
+class TrialsFileError(JetGymError, ValueError):
+    """A file of trials that is damaged, of another format or of other trials."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One execution under a disturbance.
+
+    Attributes:
+        number: Which draw.
+        control: How the thrust was controlled.
+        disturbance: What was drawn.
+        success: Whether the robot made all steps and stands.
+        cause: What gave way, in a word or two; empty on success.
+        outcome: The sentence that says so.
+        duration: Simulated time [s].
+        worst_tilt: Largest tilt of the pelvis [rad].
+        low_zmp_margin: Distance of the ZMP from the soles' edge, 99 % of the time [m]; ``None`` if unknown.
+        peak_thrust: Largest thrust that a fan delivered [N].
+    """
+
+    number: int
+    control: ThrustControl
+    disturbance: Disturbance
+    success: bool
+    cause: str
+    outcome: str
+    duration: float
+    worst_tilt: float
+    low_zmp_margin: float | None
+    peak_thrust: float
+
+    @property
+    def key(self) -> tuple[int, str]:
+        """What tells it from the others."""
+        return self.number, self.control
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What the trials are of. Trial k depends on this and on k alone.
+
+    Attributes:
+        plans: What is executed.
+        settings: How; the thrust is controlled in each of the ways of ``controls``.
+        ranges: From what the disturbances are drawn.
+        seed: From which all else follows.
+        controls: Ways to control the thrust, each under the same disturbances.
+    """
+
+    plans: tuple[Plan, ...]
+    settings: ExecutionSettings = dataclasses.field(default_factory=ExecutionSettings)
+    ranges: DisturbanceRanges = dataclasses.field(default_factory=DisturbanceRanges)
+    seed: int = 0
+    controls: tuple[ThrustControl, ...] = CONTROLS
+
+    def disturbance(self, number: int) -> Disturbance:
+        """Draw the disturbance of a trial."""
+        generator = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(number,)))
+        duration = make_course(self.plans, self.settings.course).duration
+        return self.ranges.draw(generator, duration, len(self.plans))
+
+    def run(self, number: int, control: ThrustControl, disturbance: Disturbance | None = None) -> Trial:
+        """Run a trial, or the same with a disturbance of one's own."""
+        chosen = self.disturbance(number) if disturbance is None else disturbance
+        settings = dataclasses.replace(self.settings, thrust=control)
+        summary = execute(self.plans, settings, number, disturbance=chosen).summary
+        return Trial(
+            number=number,
+            control=control,
+            disturbance=chosen,
+            success=summary.success,
+            cause=summary.cause,
+            outcome=summary.outcome,
+            duration=summary.duration,
+            worst_tilt=summary.worst_tilt,
+            low_zmp_margin=summary.low_zmp_margin if np.isfinite(summary.low_zmp_margin) else None,
+            peak_thrust=summary.peak_thrust,
+        )
+
+    def description(self) -> dict[str, Any]:
+        """Return what tells this experiment from others, as plain data."""
+        plans = json.dumps([{**plan.to_dict(), "solve_time": None} for plan in self.plans], sort_keys=True)
+        return {
+            "seed": self.seed,
+            "plans": hashlib.sha256(plans.encode()).hexdigest()[:16],
+            "settings": _plain(self.settings),
+            "ranges": _plain(self.ranges),
+        }
+
+
+def run_trials(
+    experiment: Experiment,
+    trials: int,
+    jobs: int = -1,
+    done: Sequence[Trial] = (),
+    progress: Progress | None = None,
+    save: Callable[[Sequence[Trial]], None] | None = None,
+) -> list[Trial]:
+    """Run trials 0 to N - 1 with each way to control the thrust.
+
+    The work goes through joblib, so that another backend, such as Dask's, takes it where one is registered
+    (``with joblib.parallel_config(backend="dask")``). The result does not depend on the number of jobs.
+
+    Args:
+        experiment: What the trials are of.
+        trials: Number of draws.
+        jobs: Processes; -1 is one a core.
+        done: Trials that need not be run again.
+        progress: Called with how many executions are done and how many there are.
+        save: Called with what there is every few seconds, at the end, and on Ctrl-C.
+
+    Returns:
+        The trials, by number and control.
+    """
+    import joblib
+
+    kept = {trial.key: trial for trial in done if trial.number < trials}
+    wanted = [(number, control) for number in range(trials) for control in experiment.controls]
+    missing = [key for key in wanted if key not in kept]
+    parallel = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered", pre_dispatch="2 * n_jobs")
+    saved = monotonic()
+    try:
+        if missing:
+            results: Iterator[Trial] = parallel(joblib.delayed(experiment.run)(*key) for key in missing)
+            with closing(results):  # type: ignore[type-var]
+                for trial in results:
+                    kept[trial.key] = trial
+                    if progress is not None:
+                        progress(len(kept), len(wanted))
+                    if save is not None and monotonic() - saved > _SAVE_EVERY:
+                        save(_in_order(kept))
+                        saved = monotonic()
+    finally:
+        if save is not None:
+            save(_in_order(kept))
+    return _in_order(kept)
+
+
+def save_trials(path: str | Path, experiment: Experiment, trials: Sequence[Trial]) -> None:
+    """Write trials to a JSON file, whole or not at all.
+
+    Raises:
+        OSError: If the file cannot be written.
+    """
+    data = {
+        "format": FORMAT,
+        "experiment": experiment.description(),
+        "trials": [dataclasses.asdict(trial) for trial in trials],
+    }
+    write_whole(path, json.dumps(data, indent=1).encode())
+
+
+def load_trials(path: str | Path, experiment: Experiment | None = None) -> list[Trial]:
+    """Read trials from a JSON file.
+
+    Args:
+        path: The file.
+        experiment: What they must be of; anything where omitted.
+
+    Raises:
+        TrialsFileError: If the file cannot be read, is damaged or of another experiment.
+    """
+    try:
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise TrialsFileError(f"cannot read the trials {path}: {error.strerror}") from error
+    except ValueError as error:
+        raise TrialsFileError(f"{path} holds no trials: it is not JSON") from error
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        raise TrialsFileError(f"{path} holds no trials: field 'format' must be {FORMAT!r}")
+    if experiment is not None:
+        ours, theirs = json.loads(json.dumps(experiment.description())), data.get("experiment")
+        if ours != theirs:
+            different = [name for name in ours if not isinstance(theirs, dict) or ours[name] != theirs.get(name)]
+            raise TrialsFileError(
+                f"{path} holds trials of another experiment: {', '.join(different)} differ; name another file"
+            )
+    try:
+        return [_trial(entry) for entry in data["trials"]]
+    except (KeyError, TypeError, ValueError) as error:
+        raise TrialsFileError(f"{path}: field 'trials' is damaged ({error})") from error
+
+
+def _trial(entry: Mapping[str, Any]) -> Trial:
+    drawn = dict(entry["disturbance"])
+    drawn["pushes"] = tuple(
+        Push(time, duration, (force[0], force[1], force[2])) for time, duration, force in drawn["pushes"]
+    )
+    for name in ("mass_factors", "pelvis_com", "block_heights"):
+        drawn[name] = tuple(drawn[name])
+    return Trial(**{**entry, "disturbance": Disturbance(**drawn)})
+
+
+def _in_order(trials: Mapping[tuple[int, str], Trial]) -> list[Trial]:
+    return [trials[key] for key in sorted(trials)]
+
+
+def _plain(settings: Any) -> dict[str, Any]:
+    """Return settings as plain data, without how the thrust is controlled, which each trial says itself."""
+    return {name: value for name, value in dataclasses.asdict(settings).items() if name != "thrust"}
