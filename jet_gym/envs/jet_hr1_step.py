@@ -18,6 +18,7 @@ from jet_gym.envs.physics import BulletPhysics
 from jet_gym.envs.picture import Picture, Scene
 from jet_gym.envs.transition import Transition
 from jet_gym.errors import SettingsError, require_number
+from jet_gym.simulation.disturbances import DisturbanceRanges
 from jet_gym.step import Step
 from jet_gym.urdf import Array
 
@@ -123,7 +124,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     ## Arguments
 
     `gymnasium.make("JetHR1Step-v0", physics="bullet", reward="graded", thrust_model="assigned",
-    smoothness_weight=5e5, step=None, difficulty=1.0, time_per_point=0.2, render_mode=None)`
+    smoothness_weight=5e5, step=None, difficulty=1.0, time_per_point=0.2, disturbances=None, render_mode=None)`
 
     | Argument | Values | Meaning |
     |---|---|---|
@@ -134,6 +135,9 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     | `step` | `jet_gym.Step` or `None` | the step of every episode, or a random one each time |
     | `difficulty` | 0 to 1 | how far random steps may go |
     | `time_per_point` | float | simulated time of a swing point in s; the first one takes a second |
+    | `disturbances` | `jet_gym.simulation.DisturbanceRanges` or `None` | bullet: what differs from the model is |
+    | | | drawn from these ranges at each reset: link masses, the pelvis' centre of mass, friction, stiffness of |
+    | | | the soles, fan lag, thrust gain, the landing's height, pushes; there is no IMU here to disturb |
     | `render_mode` | `None`, `"human"`, `"rgb_array"` | PyBullet's window in real time, or frames |
 
     `reset(options={"step": jet_gym.Step(...)})` sets the step of one episode.
@@ -151,6 +155,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     | `tilt`, `measured_zmp`, `measured_thrust`, `joint_torques` | bullet: as measured, (2,) and (12,); the ZMP |
     | | is the last one that the support foot had contact at |
     | `fall` | bullet: why the robot fell, or an empty string |
+    | `disturbance` | with `disturbances`, from `reset`: the `jet_gym.simulation.Disturbance` that was drawn |
     | `is_success` | at the end |
 
     ## Version History
@@ -171,6 +176,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
         step: Step | None = None,
         difficulty: float = 1.0,
         time_per_point: float = 0.2,
+        disturbances: DisturbanceRanges | None = None,
     ) -> None:
         EzPickle.__init__(
             self,
@@ -182,6 +188,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
             step=step,
             difficulty=difficulty,
             time_per_point=time_per_point,
+            disturbances=disturbances,
         )
         if physics not in get_args(PhysicsKind):
             raise SettingsError(f"physics must be 'bullet' or 'quasistatic', not {physics!r}")
@@ -190,13 +197,17 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
         require_number("time_per_point", time_per_point)
         if not 0.0 < time_per_point < float("inf"):
             raise SettingsError(f"time_per_point must be more than 0 s, not {time_per_point}")
+        if disturbances is not None and (physics != "bullet" or not isinstance(disturbances, DisturbanceRanges)):
+            raise SettingsError(
+                "disturbances must be a jet_gym.simulation.DisturbanceRanges, and need bullet physics"
+            )
         self.render_mode = render_mode
         self.metadata = type(self).metadata | {"render_fps": max(1, round(1.0 / time_per_point))}
         self.model = TaskModel(reward, thrust_model, smoothness_weight, step, difficulty)
         self.observation_space = self.model.observation_space()
         self.action_space = self.model.action_space()
         self._physics = (
-            BulletPhysics(self.model, time_per_point, window=render_mode == "human")
+            BulletPhysics(self.model, time_per_point, window=render_mode == "human", disturbances=disturbances)
             if physics == "bullet"
             else None
         )
@@ -223,26 +234,29 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
             options: ``{"step": jet_gym.Step(...)}``, or nothing for a random step.
 
         Returns:
-            The observation and an empty info.
+            The observation, and an info with the disturbance that was drawn, if there is one.
 
         Raises:
             ValueError: If an option is wrong.
         """
         super().reset(seed=seed)
+        info: dict[str, Any] = {}
         step = self.model.read_options(options) or self.model.step
         if step is None:
             self.model.drawer.draw(self._lanes, _ONLY_LANE, [self.np_random])
         else:
             self._lanes.begin(_ONLY_LANE, step)
         if self._physics is not None:
-            self._lanes.attitude[0] = self._physics.reset(self.current_step)
+            self._lanes.attitude[0], disturbance = self._physics.reset(self.current_step, self.np_random)
+            if disturbance is not None:
+                info["disturbance"] = disturbance
         if self._picture is not None:
             self._picture.begin()
         self._chosen, self._last_info = False, {}
         self._running = True
         if self.render_mode == "human":
             self.render()
-        return self._observe(), {}
+        return self._observe(), info
 
     def step(self, action: ArrayLike) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Choose the posture at one swing point.

@@ -16,6 +16,7 @@ from jet_gym.step import Step
 from jet_gym.urdf import Array
 
 if TYPE_CHECKING:
+    from jet_gym.simulation.disturbances import Disturbance, DisturbanceRanges
     from jet_gym.simulation.measurement import Measurement
     from jet_gym.simulation.world import World
 
@@ -65,12 +66,21 @@ class BulletPhysics:
         model: The task.
         time_per_point: Simulated time of a swing point after the first [s].
         window: Whether to show PyBullet's window and to keep real time.
+        disturbances: From what a disturbance is drawn at each reset; ``None`` for none.
     """
 
-    def __init__(self, model: TaskModel, time_per_point: float, *, window: bool) -> None:
+    def __init__(
+        self,
+        model: TaskModel,
+        time_per_point: float,
+        *,
+        window: bool,
+        disturbances: DisturbanceRanges | None = None,
+    ) -> None:
         self._model = model
         self._time_per_point = time_per_point
         self._window = window
+        self._disturbances = disturbances
         self._world: World | None = None
         self._last_zmp = np.zeros(2)
 
@@ -83,12 +93,25 @@ class BulletPhysics:
             self._world = World(self._model.robot, gui=self._window)
         return self._world
 
-    def reset(self, step: Step) -> Array:
-        """Let the robot stand before a step; return roll and pitch of its pelvis (2,) [rad]."""
+    def reset(self, step: Step, generator: np.random.Generator) -> tuple[Array, Disturbance | None]:
+        """Let the robot stand before a step.
+
+        Args:
+            step: The step.
+            generator: Draws the disturbance, if there is to be one.
+
+        Returns:
+            Roll and pitch of its pelvis (2,) [rad], and the disturbance.
+        """
+        disturbance = None
+        if self._disturbances is not None:
+            duration = FIRST_POINT_TIME + self._time_per_point * (step.points - 1)
+            disturbance = self._disturbances.draw(generator, duration)
+            self.world.disturb(disturbance)
         posture = standing_posture(step, self._model)
         self._last_zmp = np.array(step.support[:2])
         measured = self.world.reset(step, posture.joint_positions, posture.pelvis, float(posture.pelvis_yaw))
-        return np.array([measured.roll, measured.pitch])
+        return np.array([measured.roll, measured.pitch]), disturbance
 
     def advance(self, result: Transition, first: bool, points_left: int, terms: dict[str, float]) -> Outcome:
         """Command the posture of a transition and let the time of a swing point pass.

@@ -6,6 +6,7 @@ PyBullet itself is imported when a :class:`World` is made, so that everything el
 from jet_gym.simulation.camera import CameraSettings
 from jet_gym.simulation.course import CourseSettings, make_course
 from jet_gym.simulation.diagnosis import Summary
+from jet_gym.simulation.disturbances import Disturbance, DisturbanceRanges
 from jet_gym.simulation.errors import BulletMissingError, DisplayMissingError, WorldStateError
 from jet_gym.simulation.execution import ExecutionSettings, execute
 from jet_gym.simulation.film import FilmSettings, film
@@ -23,6 +24,8 @@ __all__ = [
     "CameraSettings",
     "CourseSettings",
     "DisplayMissingError",
+    "Disturbance",
+    "DisturbanceRanges",
     "Execution",
     "ExecutionSettings",
     "FilmSettings",

@@ -121,8 +121,8 @@ class DisturbanceRanges:
     def scaled(self, factor: float) -> DisturbanceRanges:
         """Return ranges that reach further from the model by a factor.
 
-        Ranges about zero, and of pushes and delay, grow in proportion; those of positive quantities in proportion
-        on a logarithmic scale, about the model's value.
+        Half ranges, and the distances of ranges' ends from the model's values, grow in proportion; but the lower
+        end of a positive quantity is divided by no more than the factor. The sole's compliance grows in proportion.
 
         Raises:
             SettingsError: If what comes of it is outside of what is allowed.
@@ -130,7 +130,7 @@ class DisturbanceRanges:
         require_number("factor", factor)
         if not 0.0 <= factor <= 100.0:
             raise SettingsError(f"factor must lie between 0 and 100, not {factor}")
-        model = {"friction": 0.8, "contact_stiffness": 3e5, "imu_noise": 1.0, "fan_lag": 0.15}
+        model = {"friction": 0.8, "imu_noise": 1.0, "fan_lag": 0.15}
         changed: dict[str, Any] = {}
         for name in ("mass", "pelvis_com", "thrust_gain", "block_height"):
             changed[name] = factor * getattr(self, name)
@@ -139,7 +139,10 @@ class DisturbanceRanges:
             changed[name] = (factor * low, factor * high)
         for name, middle in model.items():
             low, high = getattr(self, name)
-            changed[name] = (middle * (low / middle) ** factor, middle * (high / middle) ** factor)
+            lowest = low / max(factor, 1.0)
+            changed[name] = (max(middle - factor * (middle - low), lowest), middle + factor * (high - middle))
+        soft, hard = self.contact_stiffness
+        changed["contact_stiffness"] = (min(soft / max(factor, 1e-3), hard), hard)
         return dataclasses.replace(self, **changed)
 
     def draw(self, generator: np.random.Generator, duration: float, steps: int = 1) -> Disturbance:

@@ -20,11 +20,17 @@ from jet_gym.plan import Plan
 from jet_gym.simulation.course import make_course
 from jet_gym.simulation.disturbances import Disturbance, DisturbanceRanges, Push
 from jet_gym.simulation.execution import ExecutionSettings, ThrustControl, execute
+from jet_gym.simulation.settings import SimulationSettings
 
 FORMAT = "jet-gym-robustness/1"
 CONTROLS: tuple[ThrustControl, ThrustControl] = ("feedforward", "pid")
 _SAVE_EVERY = 5.0  # [s]
 Progress = Callable[[int, int], None]
+
+
+def _coarse_settings() -> ExecutionSettings:
+    """Return settings with 30 rows a second, which costs a third less time than 60."""
+    return ExecutionSettings(simulation=SimulationSettings(sample_every=8))
 
 
 class TrialsFileError(JetGymError, ValueError):
@@ -78,7 +84,7 @@ class Experiment:
     """
 
     plans: tuple[Plan, ...]
-    settings: ExecutionSettings = dataclasses.field(default_factory=ExecutionSettings)
+    settings: ExecutionSettings = dataclasses.field(default_factory=_coarse_settings)
     ranges: DisturbanceRanges = dataclasses.field(default_factory=DisturbanceRanges)
     seed: int = 0
     controls: tuple[ThrustControl, ...] = CONTROLS
