@@ -6,13 +6,11 @@ import pytest
 from agents.planner import make_planner
 from jet_gym.courses import PAPER
 from jet_gym.errors import SettingsError
-from jet_gym.plan import Plan
 from jet_gym.robot import Robot
-from jet_gym.simulation import ExecutionSettings, ImuSettings, PidSettings, World
+from jet_gym.simulation import ExecutionSettings, PidSettings, SimulationSettings, execute
 from jet_gym.simulation.disturbances import Disturbance, Push
-from jet_gym.simulation.imu import Imu
 from jet_gym.simulation.motion import FanLag
-from jet_gym.simulation.thrust_control import AttitudeFeedback, FanLead, Pid
+from jet_gym.simulation.thrust_control import FanLead, Pid
 
 TOPPLING = 14.0  # [N m/rad] moment over tilt of a robot that rocks on its sole's edge
 INERTIA = 0.55  # [kg m^2] about that edge
@@ -83,43 +81,23 @@ def test_a_rocking_robot_is_righted_over_the_stated_lags_and_delays(robot: Robot
     assert np.abs(tilts[True][-240:]).max() < 0.02
 
 
-@pytest.fixture(scope="module")
-def plan() -> Plan:
-    return make_planner("gas").plan(PAPER.forward, seed=0)
-
-
-def worst_tilt(plan: Plan, point: int, push: Push, feedback: bool) -> float:
-    """Stand on one foot in a posture of the plan, be pushed, and tell the worst tilt in two seconds; inf if it fell."""
+def test_pid_rights_the_pelvis_after_a_push_that_feed_forward_falls_to():
+    """2 N s towards the fan while the right foot swings across the ditch."""
     pytest.importorskip("pybullet")
-    with World() as world:
-        imu = Imu(ImuSettings(), 9.81, np.random.default_rng(0))
-        control = AttitudeFeedback(world.body, imu, PidSettings(), world.settings.time_step)
-        control.swing("right")
-        world.disturb(Disturbance(pushes=(push,)))
-        posture = plan.joint_positions[point], plan.pelvis[point], float(plan.pelvis_yaw[point])
-        thrust = float(plan.thrust[point])
-        world.reset(plan.step, *posture, thrust=thrust)
-        control.active = True
-        if feedback:
-            world.actuators.feedback = control
-        tilts = []
-        for _ in range(20):
-            measured = world.hold(0.1)
-            tilts.append(measured.peak_tilt)
-            if measured.fallen:
-                return math.inf
-        return max(tilts)
-
-
-def test_pid_rights_the_pelvis_after_a_push_that_feed_forward_falls_to(plan):
-    pytest.importorskip("pybullet")
-    point = 140
-    towards_fan = plan.fan[point, :2] - plan.step.support[:2]
-    x, y = 6.0 * towards_fan / np.hypot(*towards_fan)
-    push = Push(0.3, 0.2, (float(x), float(y), 0.0))
-    assert worst_tilt(plan, point, push, feedback=False) == math.inf
-    assert worst_tilt(plan, point, push, feedback=True) < math.radians(5.0)
-
-
-def test_execution_settings_take_pid_settings():
-    assert ExecutionSettings(thrust="pid", pid=PidSettings(proportional=1.0)).pid.proportional == 1.0
+    plan = make_planner("gas").plan(PAPER.forward, seed=0)
+    towards_fan = plan.fan[120, :2] - plan.step.support[:2]
+    x, y = 10.0 * towards_fan / np.hypot(*towards_fan)
+    push = Disturbance(pushes=(Push(6.0, 0.2, (float(x), float(y), 0.0)),))
+    coarse = SimulationSettings(sample_every=8)
+    feedforward, pid = (
+        execute([plan], ExecutionSettings(thrust=control, simulation=coarse), disturbance=push)
+        for control in ("feedforward", "pid")
+    )
+    assert "tipped over its inner edge" in feedforward.summary.outcome
+    assert 6.0 < feedforward.time[-1] < 8.0
+    assert pid.summary.success
+    assert pid.summary.worst_tilt < math.radians(4.0)
+    rocking = (pid.time > 6.0) & (pid.time < 8.0)
+    assert (pid.thrust_commanded - pid.thrust_planned)[rocking].max() > 1.0
+    estimated = np.hypot(pid.estimated_roll, pid.estimated_pitch)[rocking].max()
+    assert estimated == pytest.approx(pid.tilt[rocking].max(), abs=math.radians(1.0))
