@@ -1,9 +1,12 @@
+import dataclasses
 import math
 from collections.abc import Iterator
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
+import jet_gym  # noqa: F401  (registers the environment)
 from agents.planner import make_planner
 from jet_gym.courses import PAPER
 from jet_gym.errors import SettingsError
@@ -143,3 +146,29 @@ class TestRanges:
     def test_ranges_that_make_no_sense_are_refused(self, change):
         with pytest.raises(SettingsError, match=next(iter(change))):
             DisturbanceRanges(**change)
+
+
+class TestEnvironment:
+    def test_each_reset_draws_anew_from_the_environments_own_seed(self):
+        step = dataclasses.replace(PAPER.side, points=4)
+        make = {"disturbances": DisturbanceRanges(), "step": step}
+        drawn = []
+        with gym.make("JetHR1Step-v0", **make) as env, gym.make("JetHR1Step-v0", **make) as other:
+            drawn = [env.reset(seed=1)[1]["disturbance"], env.reset()[1]["disturbance"]]
+            again = [other.reset(seed=1)[1]["disturbance"], other.reset()[1]["disturbance"]]
+            assert drawn == again
+            assert drawn[0] != drawn[1]
+            disturbed = [env.step(np.zeros(3))[4]["joint_torques"] for _ in range(3)][-1]
+            same = [other.step(np.zeros(3))[4]["joint_torques"] for _ in range(3)][-1]
+        with gym.make("JetHR1Step-v0", step=step) as plain:
+            assert "disturbance" not in plain.reset(seed=1)[1]
+            undisturbed = [plain.step(np.zeros(3))[4]["joint_torques"] for _ in range(3)][-1]
+        assert np.array_equal(disturbed, same)
+        assert not np.array_equal(disturbed, undisturbed)
+
+    @pytest.mark.parametrize(
+        "options", [{"disturbances": 0.1}, {"physics": "quasistatic", "disturbances": DisturbanceRanges()}]
+    )
+    def test_what_cannot_be_disturbed_is_refused(self, options):
+        with pytest.raises(SettingsError, match="disturbances must be"):
+            gym.make("JetHR1Step-v0", **options)
