@@ -30,3 +30,19 @@ def test_an_error_ends_the_work() -> None:
     with pytest.raises(ValueError, match="share 0"):
         for_each(work, range(5_000), threads=2)
     assert len(done) < 4_999
+
+
+def test_ctrl_c_ends_the_work() -> None:
+    done: list[int] = []
+
+    def work(share: int) -> None:
+        time.sleep(1e-3)
+        done.append(share)
+
+    def interrupt(number: int, _total: int) -> None:
+        if number == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        for_each(work, range(5_000), threads=2, progress=interrupt)
+    assert len(done) < 4_000

@@ -42,7 +42,8 @@ def experiment_chapter(settings: Settings, report: Report) -> Chapter:
             "IMU. Here PyBullet takes the robot's place: cartons of 210 × 110 × 140 mm, servos and fans with their "
             "limits and lags, an IMU with noise, bias and delay. It shows what rigid bodies, friction and these "
             "servos do, not what carbon plates, gear play and the air do.",
-            f"Trials are seeds {settings.seed} to {settings.seed + settings.trials - 1} of the IMU's errors.",
+            f"Trials are seeds {settings.seed} to {settings.seed + settings.trials - 1} of the IMU's errors. What "
+            "other masses, friction, lags, delays and pushes do is for jet-gym robustness to measure.",
         ),
         claims=_claims(trials, without, where, statement),
         tables=(_table(trials, feedforward, without), _torques(trials[0])),

@@ -40,7 +40,7 @@ class Settings:
         """Refuse settings outside of what is allowed."""
         for name in (field.name for field in fields(self)):
             value = getattr(self, name)
-            least = {"seed": 0, "plans": 2, "space_resolution": 2.0, "thrust_resolution": 2.0}.get(name, 1)
+            least = {"seed": 0, "plans": 2, "space_resolution": 5.0, "thrust_resolution": 5.0}.get(name, 1)
             if isinstance(value, bool) or not least <= value <= 1e6:
                 raise SettingsError(f"{name} must lie between {least} and 1e6, not {value}")
 

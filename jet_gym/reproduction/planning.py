@@ -59,6 +59,7 @@ def planning_chapter(settings: Settings, report: Report) -> Chapter:
         claims=(
             _inside_claim(least, settings.thrust_resolution),
             *_claims(result, least, settings.thrust_resolution),
+            _balance_claim(result),
             _continuity_claim(plans),
             *_ditch_claims(result, plans),
         ),
@@ -147,6 +148,22 @@ def _claims(result: ClaimsReport, least: dict[str, Array], resolution: float) ->
         ),
     )
     return claims
+
+
+def _balance_claim(result: ClaimsReport) -> Claim:
+    measured, better = [], True
+    for motion, summaries in result.summaries.items():
+        gas, *others = (summaries[name].total_fitness for name in PLANNERS)
+        better &= all(gas.high < other.low for other in others)
+        fitness = ", ".join(f"{_NAMES[name]} {summaries[name].total_fitness.mean:.0f}" for name in PLANNERS)
+        measured.append(f"{motion}: {fitness}")
+    return Claim(
+        "V",
+        "The proposed method can obtain a better balance between the minimised needed thrust and the locomotion "
+        "smoothness.",
+        f"Total fitness, eq. (15), which weighs both; less is better. {'; '.join(measured)}.",
+        verdict(better),
+    )
 
 
 def _joined(result: ClaimsReport, statement: str, where: str, words: str) -> Claim:
