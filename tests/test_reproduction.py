@@ -111,6 +111,7 @@ def test_page_needs_nothing_from_elsewhere(folder: Path, results: dict[str, Any]
 @pytest.mark.parametrize(("width", "height"), [(1280, 900), (390, 844)], ids=["desktop", "phone"])
 def test_page_looks_right_in_a_browser(folder: Path, browser: Any, width: int, height: int) -> None:
     page = browser.new_page(viewport={"width": width, "height": height})
+    page.set_default_timeout(180_000)  # [ms] a page of some metres takes its time on a busy machine
     requests: list[str] = []
     page.on("request", lambda request: requests.append(request.url))
     page.goto((folder / "index.html").as_uri())
