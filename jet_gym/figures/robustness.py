@@ -85,7 +85,7 @@ def _draw_associations(axes: Axes, trials: Sequence[Trial], controls: Sequence[T
     axes.axvline(50.0, color=style.FAINT_INK, linewidth=1.0)
     axes.set_yticks(range(len(names)), names)
     axes.set_xlim(0.0, 100.0)
-    axes.legend(fontsize=style.TEXT_SIZE, frameon=False, loc="lower right")
+    _add_legend(axes)
 
 
 def _draw_extremes(axes: Axes, extremes: Sequence[Extreme], controls: Sequence[ThrustControl]) -> None:
@@ -108,4 +108,9 @@ def _draw_extremes(axes: Axes, extremes: Sequence[Extreme], controls: Sequence[T
             )
     axes.set_yticks(range(len(labels)), labels)
     axes.tick_params(axis="y", labelsize=0.8 * style.TEXT_SIZE)
-    axes.legend(fontsize=style.TEXT_SIZE, frameon=False, loc="lower right")
+    _add_legend(axes)
+
+
+def _add_legend(axes: Axes) -> None:
+    """Put the legend above the axes, where it covers nothing."""
+    axes.legend(fontsize=style.TEXT_SIZE, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
