@@ -99,6 +99,7 @@ class OptimalPlanner(Planner):
     first_range: float = 0.150
     search_range: float = 0.025
     name: ClassVar[str] = "optimal"
+    deterministic: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Refuse ranges outside of what is allowed."""

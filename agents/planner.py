@@ -41,6 +41,7 @@ class Planner(ABC):
     balance: BalanceSettings = field(default_factory=BalanceSettings)
     fitness: FitnessSettings = field(default_factory=FitnessSettings)
     name: ClassVar[str]
+    deterministic: ClassVar[bool] = False  # whether the seed changes nothing
 
     @abstractmethod
     def plan(self, step: Step, seed: int = 0, progress: Progress | None = None) -> Plan:

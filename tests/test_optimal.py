@@ -12,23 +12,15 @@ import pytest
 from agents import Plan, make_planner
 from agents.lattice import FAR, accumulate, make_lattices, trace_back
 from agents.optimal import OptimalPlanner, OptimalSettings, _Search
-from jet_gym import Step, jet_hr1
+from jet_gym import Step
 from jet_gym.balance import BalanceSettings
 from jet_gym.courses import PAPER
-from jet_gym.envs.drawing import StepDrawer
-from jet_gym.envs.lanes import empty_lanes, step_of_lane
+from jet_gym.envs.drawing import draw_random_steps
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
 from jet_gym.posture import evaluate_postures
 
 SHORT = replace(PAPER.side, points=8)
-
-
-def _drawn(count: int, seed: int) -> list[Step]:
-    robot, lanes = jet_hr1(), empty_lanes(count)
-    drawer = StepDrawer(robot, BalanceSettings().parameters(robot), 1.0)
-    drawer.draw(lanes, np.arange(count), [np.random.default_rng([seed, lane]) for lane in range(count)])
-    return [step_of_lane(lanes, lane, robot) for lane in range(count)]
 
 
 def _total(step: Step, path: np.ndarray, **settings: Any) -> float:
@@ -84,7 +76,7 @@ def _costs(step: Step, point: int, pelvis: np.ndarray) -> np.ndarray:
 def test_it_is_never_worse_than_restarts_of_gas_and_ga(model: str) -> None:
     balance = BalanceSettings(thrust_model=model)  # type: ignore[arg-type]
     optimal = make_planner("optimal", balance=balance)
-    for step in _drawn(5, seed=7):
+    for step in draw_random_steps(5, seed=7):
         total = _total(step, optimal.plan(step).pelvis, balance=balance)
         others = [
             _total(step, make_planner(name, balance=balance).plan(step, seed=seed).pelvis, balance=balance)
@@ -96,7 +88,7 @@ def test_it_is_never_worse_than_restarts_of_gas_and_ga(model: str) -> None:
 
 def test_different_beginnings_lead_to_one_optimum() -> None:
     """From the coarse lattice, from GAS and from GA: within a thousandth of each other."""
-    for step in _drawn(4, seed=11):
+    for step in draw_random_steps(4, seed=11):
         search = _Search(OptimalPlanner(), step)
         coarse = search.coarse_path(None)
         assert coarse is not None

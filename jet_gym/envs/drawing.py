@@ -20,7 +20,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.balance import BalanceParameters, Stance, stance_of
+from jet_gym.balance import BalanceParameters, BalanceSettings, Stance, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.courses import CARTON_LENGTH, CARTON_WIDTH
 from jet_gym.envs.lanes import (
@@ -36,13 +36,15 @@ from jet_gym.envs.lanes import (
     THRUST,
     VIOLATED,
     Lanes,
+    empty_lanes,
     lay_arc,
+    step_of_lane,
     swing_sole,
     three,
 )
 from jet_gym.posture_state import posture_at
-from jet_gym.robot import Leg, Robot, Trunk, Vector
-from jet_gym.step import NOMINAL_KNEE_BEND
+from jet_gym.robot import Leg, Robot, Trunk, Vector, jet_hr1
+from jet_gym.step import NOMINAL_KNEE_BEND, Step
 from jet_gym.swing_path import PATH_CHECKS, nominal_pelvis
 from jet_gym.urdf import Array
 
@@ -98,6 +100,23 @@ class StepDrawer:
             drawn = np.zeros(len(waiting), dtype=np.bool_)
             draw_steps(*self._numbers, uniform, lanes.array, selected[waiting], drawn)
             waiting = waiting[~drawn]
+
+
+def draw_random_steps(
+    count: int, seed: int, settings: BalanceSettings | None = None, difficulty: float = 1.0
+) -> list[Step]:
+    """Draw random steps of Jet-HR1; step number k depends on the seed and k alone.
+
+    Args:
+        count: How many.
+        seed: A whole number of 0 or more.
+        settings: What counts as balanced; the defaults where omitted.
+        difficulty: From 0 to 1.
+    """
+    robot, lanes = jet_hr1(), empty_lanes(count)
+    drawer = StepDrawer(robot, (settings or BalanceSettings()).parameters(robot), difficulty)
+    drawer.draw(lanes, np.arange(count), [np.random.default_rng([seed, number]) for number in range(count)])
+    return [step_of_lane(lanes, number, robot) for number in range(count)]
 
 
 @entry_point

@@ -7,6 +7,7 @@ from jet_gym.figures.balance_space import plot_balance_section, plot_balance_spa
 from jet_gym.figures.calculation_time import plot_calculation_time
 from jet_gym.figures.estimates import plot_estimates
 from jet_gym.figures.experiment import plot_execution, plot_pictures
+from jet_gym.figures.comparison import plot_comparison, plot_examples
 from jet_gym.figures.locomotion import plot_locomotion
 from jet_gym.figures.robustness import plot_robustness
 from jet_gym.figures.style import check_figure_path, png_bytes, save_figure
@@ -21,6 +22,8 @@ __all__ = [
     "plot_calculation_time",
     "plot_estimates",
     "plot_execution",
+    "plot_comparison",
+    "plot_examples",
     "plot_locomotion",
     "plot_pictures",
     "plot_robustness",
