@@ -61,22 +61,22 @@ def bring_inside(model: SearchModel, points: SwingPoints, path: Array) -> int:
         How many swing points were moved.
     """
     moved, costs, candidates = 0, np.empty(2), np.empty((3, 2))
+    x, slacks = np.zeros(_UNKNOWNS), np.empty(_SLACKS + 2)
     for point in range(len(path)):
         stance = stance_at(model, points, point)
-        x, y, z = path[point, 0], path[point, 1], path[point, 2]
-        state = posture_at(model.swing_leg, model.support_leg, model.trunk, model.balance, stance, (x, y, z))
-        if state.violations & (EDGE_POLYGON | THRUST) == 0 or state.violations & REACH:
+        x[:3] = path[point]
+        _, violations = _fill_slacks(model, stance, x, slacks)
+        if violations & (EDGE_POLYGON | THRUST) == 0 or violations & REACH:
             continue
-        target_x, target_y = _inside(model, stance, state.center_of_mass[0], state.center_of_mass[1])
+        target_x, target_y = _inside(model, stance, slacks[_SLACKS], slacks[_SLACKS + 1])
         for _ in range(2 * _CORRECTIONS):
-            x += target_x - state.center_of_mass[0]
-            y += target_y - state.center_of_mass[1]
-            state = posture_at(model.swing_leg, model.support_leg, model.trunk, model.balance, stance, (x, y, z))
-        candidates[0, 0], candidates[1, 0], candidates[2, 0] = path[point, 0], path[point, 1], z
-        candidates[0, 1], candidates[1, 1], candidates[2, 1] = x, y, z
+            x[0] += target_x - slacks[_SLACKS]
+            x[1] += target_y - slacks[_SLACKS + 1]
+            _fill_slacks(model, stance, x, slacks)
+        candidates[:, 0], candidates[:, 1] = path[point], x[:3]
         exact_costs(model, stance, candidates, costs)
         if costs[1] < costs[0]:
-            path[point, 0], path[point, 1] = x, y
+            path[point] = x[:3]
             moved += 1
     return moved
 
@@ -123,12 +123,13 @@ def polish(
     """
     count = len(path)
     x, active = np.empty((count, _UNKNOWNS)), np.empty((count, _SLACKS), np.bool_)
+    slacks = np.empty(_SLACKS + 2)
     for point in range(count):
-        _begin(model, stance_at(model, points, point), path[point], x[point], active[point])
+        _begin(model, stance_at(model, points, point), path[point], x[point], slacks, active[point])
     work = _Work(
         active,
         np.zeros((count, _SLACKS)),
-        np.empty(_SLACKS + 2),
+        slacks,
         np.empty((_SLACKS + 2, _UNKNOWNS)),
         np.empty((3, 3)),
         np.empty((count, 2, 4)),
@@ -180,9 +181,8 @@ def _follow(model: SearchModel, points: SwingPoints, mu: float, work: _Work, x: 
             for point in range(len(x)):
                 step = work.step[point * _UNKNOWNS : (point + 1) * _UNKNOWNS]
                 stance = stance_at(model, points, point)
-                _walk(
-                    model, stance, work.active[point], work.coms[point], x[point], step, -length, work.trial[point]
-                )
+                active, com, trial = work.active[point], work.coms[point], work.trial[point]
+                _walk(model, stance, active, com, x[point], step, -length, work.slacks, trial)
             shorter = _barrier(model, points, mu, work, work.trial, _KEPT) > value - _ARMIJO * length * decrement
             if not shorter:
                 break
@@ -194,14 +194,15 @@ def _follow(model: SearchModel, points: SwingPoints, mu: float, work: _Work, x: 
     return _NEWTON_STEPS
 
 
-@entry_point
-def _begin(model: SearchModel, stance: Stance, pelvis: Array, x: Array, active: NDArray[np.bool_]) -> None:
+@inlined
+def _begin(
+    model: SearchModel, stance: Stance, pelvis: Array, x: Array, slacks: Array, active: NDArray[np.bool_]
+) -> None:
     """Set the unknowns of a swing point, and which constraints are to be kept."""
-    x[0], x[1], x[2] = pelvis[0], pelvis[1], pelvis[2]
-    state = posture_at(model.swing_leg, model.support_leg, model.trunk, model.balance, stance, (x[0], x[1], x[2]))
-    violations = state.violations
+    x[0], x[1], x[2], x[3] = pelvis[0], pelvis[1], pelvis[2], 0.0
+    thrust, violations = _fill_slacks(model, stance, x, slacks)
     thrust_kept = violations & THRUST == 0
-    x[3] = state.thrust + min(0.1, 0.5 * (model.balance.max_thrust - state.thrust)) if thrust_kept else 0.0
+    x[3] = thrust + min(0.1, 0.5 * (model.balance.max_thrust - thrust)) if thrust_kept else 0.0
     active[_EDGES:_THRUST] = violations & EDGE_POLYGON == 0
     active[_THRUST:_ON_FOOT] = thrust_kept
     active[_ON_FOOT:_REACHES] = (violations & ZMP == 0) & (thrust_kept or not model.balance.least_thrust)
@@ -210,8 +211,12 @@ def _begin(model: SearchModel, stance: Stance, pelvis: Array, x: Array, active: 
 
 
 @entry_point  # too long to be inlined wherever it is called
-def _fill_slacks(model: SearchModel, stance: Stance, x: Array, slacks: Array) -> None:
-    """Compute what is left of each constraint; it holds while that is positive."""
+def _fill_slacks(model: SearchModel, stance: Stance, x: Array, slacks: Array) -> tuple[float, int]:
+    """Compute what is left of each constraint, positive while it holds; then x and y of the centre of mass.
+
+    Returns:
+        The thrust that the posture takes [N], and the violated constraints as flags.
+    """
     balance = model.balance
     bound = x[3]
     state = posture_at(model.swing_leg, model.support_leg, model.trunk, balance, stance, (x[0], x[1], x[2]))
@@ -247,9 +252,10 @@ def _fill_slacks(model: SearchModel, stance: Stance, x: Array, slacks: Array) ->
     slacks[_JOINTS + 6 + knee] = _knee_left(
         model.support_leg, state.support_cosines[knee], state.support_sines[knee]
     )
+    return state.thrust, state.violations
 
 
-@entry_point
+@inlined
 def _walk(
     model: SearchModel,
     stance: Stance,
@@ -258,6 +264,7 @@ def _walk(
     x: Array,
     step: Array,
     length: float,
+    slacks: Array,
     result: Array,
 ) -> None:
     """Go along a step of the unknowns, the centre of mass on a straight line."""
@@ -269,9 +276,8 @@ def _walk(
     target_y = com[1, 3] + length * (com[1, 0] * step[0] + com[1, 1] * step[1] + com[1, 2] * step[2])
     scale = 1.0 / (com[0, 0] * com[1, 1] - com[0, 1] * com[1, 0])
     for _ in range(_CORRECTIONS):
-        pelvis = (result[0], result[1], result[2])
-        state = posture_at(model.swing_leg, model.support_leg, model.trunk, model.balance, stance, pelvis)
-        error_x, error_y = target_x - state.center_of_mass[0], target_y - state.center_of_mass[1]
+        _fill_slacks(model, stance, result, slacks)
+        error_x, error_y = target_x - slacks[_SLACKS], target_y - slacks[_SLACKS + 1]
         if abs(error_x) + abs(error_y) < 1e-15:
             break
         result[0] += scale * (com[1, 1] * error_x - com[0, 1] * error_y)
@@ -311,7 +317,7 @@ def _reach_left(leg: Leg, stance: Stance, ankle: Vector, x: Array) -> float:
     return left
 
 
-@inlined
+@entry_point
 def _barrier(model: SearchModel, points: SwingPoints, mu: float, work: _Work, x: Array, kept: float) -> float:
     """Return the barrier function, or ``FAR`` where a slack is used up, or all but a share of what was left."""
     slacks = work.slacks

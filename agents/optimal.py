@@ -48,7 +48,6 @@ from jet_gym.urdf import Array
 _INSIDE = 1e-7  # [m] that lattices keep from the edges of the search ranges, so that a path can be polished
 _JOINT_ARM = 0.15  # [m] a pelvis that is off by this times an angle turns some joint by about that angle
 _MU = (1.0, 0.1, 10.0)  # where the interior-point method begins, in turns
-_LAST_MU = 1e-4  # it keeps the total fitness from its optimum by some hundredths
 _MOST_NODES = 40_000_000  # of a coarse search, kept in memory as floats
 
 
@@ -62,6 +61,8 @@ class OptimalSettings:
         tube: Nodes on either side of the path, per axis.
         tolerance: Change of the total fitness below which the search ends.
         rounds: Most rounds at the finest lattice.
+        last_mu: What each constraint that matters may keep the total fitness from its optimum by, about. The
+            larger, the farther the path stays from the edges of the constraints.
         zmp_penalty: What a ZMP outside of the support foot, eq. (11), costs in the search. The paper's fitness has
             no term for it; with this one, no ZMP leaves the foot where that can be avoided.
     """
@@ -71,11 +72,12 @@ class OptimalSettings:
     tube: int = 3
     tolerance: float = 0.05
     rounds: int = 8
+    last_mu: float = 1e-4
     zmp_penalty: float = 9000.0
 
     def __post_init__(self) -> None:
         """Refuse settings outside of what is allowed."""
-        for name in ("spacing", "tolerance", "zmp_penalty"):
+        for name in ("spacing", "tolerance", "last_mu", "zmp_penalty"):
             require_number(name, getattr(self, name))
             if not 0.0 < getattr(self, name) < math.inf:
                 raise SettingsError(f"{name} must be a finite number of more than 0, not {getattr(self, name)}")
@@ -216,7 +218,7 @@ class _Search:
 
     def _polished(self, path: Array, first_mu: float) -> Array:
         polished: Array = path.copy()
-        polish(self.model, self.points, first_mu, _LAST_MU, polished)
+        polish(self.model, self.points, first_mu, self.settings.last_mu, polished)
         return polished
 
     def _best_path(

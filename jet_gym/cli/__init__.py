@@ -10,6 +10,7 @@ import click
 from jet_gym import __version__
 from jet_gym.cli.balance_space import balance_space_command
 from jet_gym.cli.compare import compare_command
+from jet_gym.cli.dataset import dataset_command
 from jet_gym.cli.plan import plan_command
 from jet_gym.cli.reproduce import reproduce_command
 from jet_gym.cli.robustness import robustness_command
@@ -40,6 +41,7 @@ for command in (
     claims_command,
     reproduce_command,
     compare_command,
+    dataset_command,
     studio_command,
 ):
     cli.add_command(command)
