@@ -47,7 +47,7 @@ pictures: .venv/full.installed  ## the pictures of README and docs
 
 .venv/full.installed: pyproject.toml constraints.txt | .venv/bin/python
 	@echo "Installing jet_gym with everything into .venv ..."
-	@$(PIP) --editable ".[train,bench,studio,dev]"
+	@$(PIP) --editable ".[train,bench,dataset,studio,dev]"
 	@touch $@ .venv/base.installed
 
 .venv/bin/python:

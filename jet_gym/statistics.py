@@ -120,4 +120,4 @@ def improvement(ours: ArrayLike, theirs: ArrayLike) -> Array:
     """
     a, b = np.asarray(ours, dtype=np.float64)[:, :, None], np.asarray(theirs, dtype=np.float64)[:, None, :]
     less: Array = (a < b) + 0.5 * (a == b)
-    return less.mean(axis=(1, 2))[:, None]
+    return np.asarray(less.mean(axis=(1, 2))[:, None])

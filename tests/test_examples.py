@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -19,6 +20,7 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
         ("gas_agent_video.py", ["out.gif"], "success True, wrote out.gif"),
         ("frame.py", ["out.png"], "wrote out.png"),
         ("train_sb3.py", ["2048"], "after 2048 training steps"),
+        ("evaluate_model.py", [], "of 10 steps"),
     ],
 )
 def test_example_runs(name: str, arguments: list[str], words: str, tmp_path: Path) -> None:
@@ -28,6 +30,25 @@ def test_example_runs(name: str, arguments: list[str], words: str, tmp_path: Pat
     assert words in result.stdout
     if arguments and arguments[0].startswith("out"):
         assert (tmp_path / arguments[0]).stat().st_size > 50_000
+
+
+def test_the_optimal_planner_is_cloned_from_its_dataset(tmp_path: Path) -> None:
+    """More epochs bring the clone nearer: its loss falls."""
+    pytest.importorskip("minari")
+    from agents.dataset import make_datasets
+
+    make_datasets(("optimal",), steps=4, seed=0, output=tmp_path)
+    losses = []
+    for epochs in ("1", "40"):
+        command = [sys.executable, str(EXAMPLES / "clone_optimal.py"), epochs, "clone.pt"]
+        environment = os.environ | {"MINARI_DATASETS_PATH": str(tmp_path)}
+        result = subprocess.run(
+            command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False, env=environment
+        )
+        assert result.returncode == 0, result.stderr
+        assert "cloned 4 episodes" in result.stdout
+        losses.append(float(result.stdout.split("loss ")[1].split(",")[0]))
+    assert losses[1] < 0.5 * losses[0]
 
 
 def test_every_example_is_run_here() -> None:

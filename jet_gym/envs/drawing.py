@@ -36,9 +36,7 @@ from jet_gym.envs.lanes import (
     THRUST,
     VIOLATED,
     Lanes,
-    empty_lanes,
     lay_arc,
-    step_of_lane,
     swing_sole,
     three,
 )
@@ -113,10 +111,10 @@ def draw_random_steps(
         settings: What counts as balanced; the defaults where omitted.
         difficulty: From 0 to 1.
     """
-    robot, lanes = jet_hr1(), empty_lanes(count)
+    robot, lanes = jet_hr1(), Lanes(count)
     drawer = StepDrawer(robot, (settings or BalanceSettings()).parameters(robot), difficulty)
     drawer.draw(lanes, np.arange(count), [np.random.default_rng([seed, number]) for number in range(count)])
-    return [step_of_lane(lanes, number, robot) for number in range(count)]
+    return [lanes.step_of(number, robot) for number in range(count)]
 
 
 @entry_point

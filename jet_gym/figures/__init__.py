@@ -5,9 +5,9 @@ Every figure is a ``matplotlib.figure.Figure`` of its own: no window, no pyplot,
 
 from jet_gym.figures.balance_space import plot_balance_section, plot_balance_space
 from jet_gym.figures.calculation_time import plot_calculation_time
+from jet_gym.figures.comparison import plot_comparison, plot_examples
 from jet_gym.figures.estimates import plot_estimates
 from jet_gym.figures.experiment import plot_execution, plot_pictures
-from jet_gym.figures.comparison import plot_comparison, plot_examples
 from jet_gym.figures.locomotion import plot_locomotion
 from jet_gym.figures.robustness import plot_robustness
 from jet_gym.figures.style import check_figure_path, png_bytes, save_figure
@@ -20,10 +20,10 @@ __all__ = [
     "plot_balance_section",
     "plot_balance_space",
     "plot_calculation_time",
-    "plot_estimates",
-    "plot_execution",
     "plot_comparison",
+    "plot_estimates",
     "plot_examples",
+    "plot_execution",
     "plot_locomotion",
     "plot_pictures",
     "plot_robustness",
