@@ -118,14 +118,14 @@ def _table(found: Comparison) -> Table:
         ("thrust\nrough.\n(N)", "thrust_roughness", "mean", 1.0, 3),
         ("total\nfitness\n(IQM)", "total_fitness", "iqm", 1.0, 0),
         ("above\noptimum\n(IQM)", "excess_fitness", "iqm", 1.0, 0),
-        ("gap,\nmedian\n(%)", "optimality_gap", "median", 1e2, 1),
+        ("gap,\nmedian\n(%)", "optimality_gap", "median", 1e2, 0),
         ("violated\npoints\n(%)", "violated_points", "mean", 1e2, 2),
         ("violated\nsteps\n(%)", "violated_steps", "mean", 1e2, 1),
         ("a point\ntakes\n(ms)", "ms_per_point", "median", 1.0, 3),
     ]
     if settings.physics == "bullet":
         columns += [("falls\n(%)", "falls", "mean", 1e2, 1), ("ZMP\nmargin\n(mm)", "zmp_margin", "mean", 1e3, 1)]
-    table.add_column("planner")
+    table.add_column("planner", no_wrap=True)
     for heading, *_ in columns:
         table.add_column(heading, justify="right")
     for name in settings.planners:
@@ -134,7 +134,7 @@ def _table(found: Comparison) -> Table:
             interval = found.estimate(name, figure, statistic)
             cell = f"{scale * interval.mean:.{digits}f}"
             if interval.high > interval.low:
-                cell += f"\n[dim]{scale * interval.low:.{digits}f}..{scale * interval.high:.{digits}f}[/dim]"
+                cell += f"\n[dim]{scale * interval.low:.{digits}f}\n{scale * interval.high:.{digits}f}[/dim]"
             cells.append(cell)
         table.add_row(name, *cells)
     return table
