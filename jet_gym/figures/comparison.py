@@ -37,6 +37,8 @@ def plot_comparison(
     Raises:
         ValueError: If there is no planner.
     """
+    from matplotlib.ticker import NullFormatter
+
     if not gaps:
         raise ValueError("a comparison needs at least one planner")
     figure = style.new_figure(12.0, 5.6)
@@ -51,6 +53,8 @@ def plot_comparison(
     right.set_xscale("log")
     right.set_yscale("log")
     right.set_ylim(_LEAST_GAP / 1.6, None)
+    right.margins(x=0.15)
+    right.xaxis.set_minor_formatter(NullFormatter())  # which would write over each other
     style.label_axes(left, "total fitness above the optimum [%]", "share of steps with no more")
     style.label_axes(right, "processor time of a swing point [ms]", "median gap to the optimum [%]")
     right.axhline(_LEAST_GAP, color=style.FAINT_INK, linewidth=1.0, linestyle=":", zorder=1.0)
