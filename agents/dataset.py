@@ -69,7 +69,7 @@ def make_datasets(
 
     _require_minari()
     experts = {name: _expert(name) for name in dict.fromkeys(planners)}
-    output = Path(output)
+    output = Path(output).resolve()  # Minari joins relative paths twice
     folders = [output / dataset_id(name) for name in experts]
     for folder in folders:
         if folder.exists():
@@ -134,6 +134,7 @@ def _write(planner: str, episodes: list[Any], description: str) -> None:
         dataset_id(planner),
         buffer=episodes,
         env=env,
+        eval_env=env,
         algorithm_name=planner,
         author="The jet_gym developers",
         author_email="none",
