@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 
 import click
+
+from jet_gym.cli.options import seed_option
 
 
 @click.command("studio", short_help="Drag a step in the browser, watch it planned.")
@@ -19,7 +22,8 @@ import click
     "--motion", type=click.Choice(["forward", "side"]), default="forward", show_default=True,
     help="The paper's motion that the page begins with.",
 )  # fmt: skip
-def studio_command(port: int, host: str, motion: str) -> None:
+@seed_option
+def studio_command(port: int, host: str, motion: str, seed: int) -> None:
     """Serve a page on which a step is dragged, planned, played and simulated; Ctrl-C ends it.
 
     Every tab has its own step. Only this machine can open the page, unless --host says otherwise.
@@ -28,6 +32,6 @@ def studio_command(port: int, host: str, motion: str) -> None:
     from jet_gym.studio.inputs import Inputs
     from jet_gym.studio.server import Studio
 
-    with Studio(host, port, Inputs.of_motion(motion)) as studio:
+    with Studio(host, port, replace(Inputs.of_motion(motion), seed=seed)) as studio:
         console.print(f"the studio is at {studio.url}; Ctrl-C ends it", soft_wrap=True)
         threading.Event().wait()

@@ -104,6 +104,8 @@ class BalanceCloud:
             )  # fmt: skip
         except _StaleError:
             return
+        if stale():
+            return
         for with_thrust, (color, opacity) in _LOOKS.items():
             vertices, faces = hull_of(space, space.reachable(with_thrust=with_thrust))
             name = f"/balance_space/{'with' if with_thrust else 'without'}_thrust"

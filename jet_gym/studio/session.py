@@ -223,13 +223,13 @@ class Session:
     def explain(self, plan: Plan, verdict: Verdict) -> None:
         """Say why a plan violates constraints, if it is still shown."""
         with self.lock:
-            if self.plan is plan:
+            if self.plan is plan and not self.closed:
                 self._say(verdict)
 
     def fail(self, inputs: Inputs, planner: str, reason: str) -> None:
         """Say that a planner could not plan."""
         with self.lock:
-            if self.inputs is inputs:
+            if self.inputs is inputs and not self.closed:
                 self._say(Verdict("refused", f"{planner_label(planner)} cannot plan this step: {reason}"))
 
     # ---- what is shown
