@@ -78,8 +78,8 @@ def verdict_on(page: Any) -> str:
 
 
 def test_page_loads_from_this_machine_alone(page: Any, session: Any, studio: Studio) -> None:
-    assert page.locator("canvas").count() >= 1 + 5  # the scene and five plots
-    assert "every constraint holds at all 30 swing points" in verdict_on(page)
+    wait_for(lambda: page.locator("canvas").count() >= 1 + 5)  # the scene and five plots
+    wait_for(lambda: "every constraint holds at all 30 swing points" in verdict_on(page))
     hosts = {urlparse(url).hostname for url in page.requested if not url.startswith(("blob:", "data:"))}
     assert hosts == {"127.0.0.1"}
 
@@ -187,12 +187,12 @@ def test_plan_saved_in_the_page_loads_in_the_command_line(
 def test_plan_file_loaded_into_the_page_is_shown_as_it_is(page: Any, session: Any, tmp_path: Path) -> None:
     assert run(["plan", "side", "--points", "12", "--seed", "5", "--output", str(tmp_path / "own.json")]) == 0
     open_tab(page, "Output")
-    session.load("own.json", (tmp_path / "own.json").read_bytes())
+    session.outputs.load("own.json", (tmp_path / "own.json").read_bytes())
     plan = Plan.load(tmp_path / "own.json")
     assert (session.plan.seed, session.plan.step.points) == (5, 12)
     np.testing.assert_array_equal(session.plan.pelvis, plan.pelvis)
     wait_for(lambda: "all 12 swing points" in verdict_on(page))
-    session.load("own.json", json.dumps({"format": "another/1"}).encode())
+    session.outputs.load("own.json", json.dumps({"format": "another/1"}).encode())
     wait_for(lambda: page.get_by_text("own.json is not a plan: field 'format'").count() == 1)
 
 

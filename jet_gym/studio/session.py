@@ -204,7 +204,7 @@ class Session:
     def show_plans(self, inputs: Inputs, plan: Plan | None, rival: Plan | None) -> None:
         """Show a plan, a rival's plan, or both; a rival that is still asked for stays until its next plan."""
         with self.lock, self._client.atomic():
-            if self.closed or (inputs is not self.inputs and self._plan_inputs is self.inputs):
+            if self.closed or self._overtaken(inputs):
                 return
             stands_in = plan is not None and plan.planner != inputs.planner
             if plan is not None and not (stands_in and self._plan_inputs is inputs):
@@ -220,10 +220,15 @@ class Session:
                 self.stage.show_rival(rival)
             self._show_all(inputs)
 
+    def _overtaken(self, inputs: Inputs | None) -> bool:
+        """Tell whether something newer than what was made from these inputs is shown: a plan, or a refusal."""
+        refused = self.verdict is not None and self.verdict.kind == "refused"
+        return inputs is not self.inputs and (refused or self._plan_inputs is self.inputs)
+
     def explain(self, plan: Plan, verdict: Verdict) -> None:
         """Say why a plan violates constraints, if it is still shown."""
         with self.lock:
-            if self.plan is plan and not self.closed:
+            if self.plan is plan and not self.closed and not self._overtaken(self._plan_inputs):
                 self._say(verdict)
 
     def fail(self, inputs: Inputs, planner: str, reason: str) -> None:
