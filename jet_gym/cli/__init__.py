@@ -17,6 +17,7 @@ from jet_gym.cli.robustness import robustness_command
 from jet_gym.cli.simulate import simulate_command
 from jet_gym.cli.studies import claims_command, sweep_command
 from jet_gym.cli.studio import studio_command
+from jet_gym.cli.train import train_command
 from jet_gym.errors import JetGymError
 
 BAD_INPUT = 2
@@ -42,6 +43,7 @@ for command in (
     reproduce_command,
     compare_command,
     dataset_command,
+    train_command,
     studio_command,
 ):
     cli.add_command(command)

@@ -1,0 +1,50 @@
+"""Learning curves of training runs."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from jet_gym.figures.learning_curves import plot_learning_curves
+
+
+def run(last: int) -> list[dict[str, float]]:
+    return [
+        {"steps": steps, "seconds": steps / 1e4, "wins": steps / last, "median_ratio": 2.0, "violated_points": 0.0}
+        for steps in range(0, last + 1, 100_000)
+    ]
+
+
+def test_each_run_and_their_median_are_drawn() -> None:
+    figure = plot_learning_curves([run(400_000), run(600_000), run(800_000)])
+    wins = figure.axes[0]
+    assert len(wins.lines) == 4
+    median = wins.lines[-1]
+    assert median.get_xdata()[-1] == pytest.approx(0.4)
+    assert median.get_ydata()[-1] == pytest.approx(100.0 * 4 / 6)
+
+
+def test_nothing_to_draw_is_refused() -> None:
+    for runs in ([], [[]]):
+        with pytest.raises(ValueError, match="at least one run"):
+            plot_learning_curves(runs)
+
+
+def test_the_command_draws_folders_of_runs(tmp_path: Path) -> None:
+    (tmp_path / "progress.json").write_text(json.dumps({"validations": run(300_000)}))
+    command = [sys.executable, "-m", "agents.training.curves", str(tmp_path), "--plot"]
+    root = Path(__file__).resolve().parents[1]
+    good = subprocess.run(
+        [*command, str(tmp_path / "a.png")], cwd=root, capture_output=True, text=True, check=False
+    )
+    assert good.returncode == 0
+    assert "below GAS on 100% of steps" in good.stdout
+    assert (tmp_path / "a.png").stat().st_size > 10_000
+    missing = [sys.executable, "-m", "agents.training.curves", "no/such/run", "--plot", str(tmp_path / "b.png")]
+    bad = subprocess.run(missing, cwd=root, capture_output=True, text=True, check=False)
+    assert bad.returncode == 2
+    assert bad.stderr.count("\n") == 1
