@@ -22,7 +22,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from agents.planner import PLANNERS, Planner, make_planner
+from agents.planner import PLANNERS, BatchPlanner, Planner, make_planner
 from jet_gym.balance import BalanceSettings
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
@@ -47,8 +47,12 @@ FIGURES = {
     "falls": "share of steps",
     "zmp_margin": "m",
     "ms_per_point": "ms",
+    "ms_per_point_in_batch": "ms",
 }
-"""What is measured, and in which unit; ``falls`` and ``zmp_margin`` with physics only."""
+"""What is measured, and in which unit.
+
+``falls`` and ``zmp_margin`` with physics only, ``ms_per_point_in_batch`` of planners that plan many steps at once.
+"""
 
 Progress = Callable[[int, int], None]
 
@@ -204,7 +208,7 @@ def compare(settings: CompareSettings, progress: Progress | None = None) -> Comp
 
     times = _measure_times(settings, names, steps[:timed], report)
     for name in names:
-        measured[name]["ms_per_point"] = times[name]
+        measured[name].update(times[name])
     return Comparison(settings, steps, measured, {name: [one[name][1] for one in results] for name in names})
 
 
@@ -248,8 +252,8 @@ def _executed(plan: Plan) -> dict[str, list[float]]:
 
 def _measure_times(
     settings: CompareSettings, names: Sequence[str], steps: Sequence[Step], report: Callable[[int], None]
-) -> dict[str, Array]:
-    """Return each planner's processor time a swing point [ms], (steps, 1)."""
+) -> dict[str, dict[str, Array]]:
+    """Return each planner's processor time a swing point [ms], (steps, 1), and that in a batch of all (1, 1)."""
     planners = {name: settings.make(name) for name in names}
     times: dict[str, list[list[float]]] = {name: [] for name in names}
     with _one_core():
@@ -261,7 +265,15 @@ def _measure_times(
                 planner.plan(step)
                 times[name].append([1e3 * (process_time() - started) / step.points])
             report(done)
-    return {name: np.array(values) for name, values in times.items()}
+        found = {name: {"ms_per_point": np.array(values)} for name, values in times.items()}
+        points = sum(step.points for step in steps)
+        for name, planner in planners.items():
+            if isinstance(planner, BatchPlanner):
+                started = process_time()
+                planner.plan_many(steps)
+                batch = 1e3 * (process_time() - started) / points
+                found[name]["ms_per_point_in_batch"] = np.array([[batch]])
+    return found
 
 
 @contextmanager

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from time import perf_counter
 from typing import Any, ClassVar
@@ -61,6 +61,15 @@ class Planner(ABC):
         Raises:
             ValueError: If the seed is not a whole number of 0 or more.
         """
+
+
+@dataclass(frozen=True)
+class BatchPlanner(Planner):
+    """A planner that takes a fraction of the time for a step if it plans many of them at once."""
+
+    @abstractmethod
+    def plan_many(self, steps: Sequence[Step], seed: int = 0, progress: Progress | None = None) -> list[Plan]:
+        """Plan many steps in one thread; the plans are those of :meth:`plan`."""
 
 
 @dataclass(frozen=True)

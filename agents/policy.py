@@ -21,7 +21,7 @@ from threadpoolctl import ThreadpoolController
 from agents.genetic import GasPlanner
 from agents.lattice import search_of_step
 from agents.network import PolicyNetwork
-from agents.planner import Planner, Progress, check_seed
+from agents.planner import BatchPlanner, Progress, check_seed
 from agents.refinement import RefinementSettings, refine_path, violates
 from jet_gym.envs.drawing import LEAST_POINTS, MOST_POINTS
 from jet_gym.errors import PolicyFileError, SettingsError
@@ -36,7 +36,7 @@ SHIPPED_POLICY = Path(__file__).parent / "policies" / "jet_hr1_step_v0" / "polic
 
 
 @dataclass(frozen=True)
-class PolicyPlanner(Planner):
+class PolicyPlanner(BatchPlanner):
     """A trained policy; deterministic, the seed changes nothing.
 
     It was trained on steps of 30 to 60 swing points, as ``JetHR1Step-v0`` draws them. A step with fewer or more is
@@ -55,6 +55,7 @@ class PolicyPlanner(Planner):
     sweeps: int = RefinementSettings.sweeps
     trust: bool = False
     name: ClassVar[str] = "policy"
+    deterministic: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Refuse what is not allowed, and load the policy."""

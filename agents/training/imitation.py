@@ -60,7 +60,7 @@ class ImitationSettings:
         mu: How careful the expert is: the weight of the logarithms of its constraints' slacks, in units of fitness.
     """
 
-    rounds: int = 100
+    rounds: int = 120
     first_steps: int = 600
     steps_per_round: int = 64
     episodes: int = 700

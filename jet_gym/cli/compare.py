@@ -106,6 +106,7 @@ def compare_command(
 
 
 def _table(found: Comparison) -> Table:
+    from agents.compare import RIVAL
     from jet_gym.cli.console import plain_table
 
     settings = found.settings
@@ -122,20 +123,28 @@ def _table(found: Comparison) -> Table:
         ("violated\npoints\n(%)", "violated_points", "mean", 1e2, 2),
         ("violated\nsteps\n(%)", "violated_steps", "mean", 1e2, 1),
         ("a point\ntakes\n(ms)", "ms_per_point", "median", 1.0, 3),
+        ("in a\nbatch\n(ms)", "ms_per_point_in_batch", "median", 1.0, 4),
     ]
     if settings.physics == "bullet":
         columns += [("falls\n(%)", "falls", "mean", 1e2, 1), ("ZMP\nmargin\n(mm)", "zmp_margin", "mean", 1e3, 1)]
     table.add_column("planner", no_wrap=True)
     for heading, *_ in columns:
         table.add_column(heading, justify="right")
+    if RIVAL in found.measured:
+        table.add_column("steps\nbelow\nGAS (%)", justify="right")
     for name in settings.planners:
         cells = []
         for _, figure, statistic, scale, digits in columns:
+            if figure not in found.measured[name]:
+                cells.append("")
+                continue
             interval = found.estimate(name, figure, statistic)
             cell = f"{scale * interval.mean:.{digits}f}"
             if interval.high > interval.low:
                 cell += f"\n[dim]{scale * interval.low:.{digits}f}\n{scale * interval.high:.{digits}f}[/dim]"
             cells.append(cell)
+        if RIVAL in found.measured:
+            cells.append("" if name == RIVAL else f"{100.0 * found.win_share(name):.0f}")
         table.add_row(name, *cells)
     return table
 
