@@ -7,6 +7,7 @@ import errno
 import io
 import socket
 import threading
+import warnings
 from collections.abc import Iterator
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -41,6 +42,8 @@ class Studio:
     """
 
     def __init__(self, host: str = DEFAULT_HOST, port: int = DEFAULT_PORT, inputs: Inputs | None = None) -> None:
+        # What is drawn for a tab in the moment in which it is closed is lost, and nobody needs to know.
+        warnings.filterwarnings("ignore", message="Queued a .* on a closed connection", category=UserWarning)
         self._inputs = inputs
         self._lock = threading.Lock()
         self._sessions: dict[int, Session] = {}
