@@ -21,6 +21,7 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
         ("frame.py", ["out.png"], "wrote out.png"),
         ("train_sb3.py", ["2048"], "after 2048 training steps"),
         ("evaluate_model.py", [], "of 10 steps"),
+        ("watch_policy.py", ["out.gif"], "wrote out.gif"),
     ],
 )
 def test_example_runs(name: str, arguments: list[str], words: str, tmp_path: Path) -> None:
