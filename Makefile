@@ -8,7 +8,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 demo: .venv/base.installed  ## plan the paper's two motions, print the tables, draw the pictures into demo/
 	@mkdir -p demo
 	@echo "Planning the paper's two motions (the first run compiles for some seconds) ..."
-	@$(BIN)/jet-gym plan paper --planner gas --planner ga --planner gaex --output demo/plan.json --plot demo/paper.png
+	@$(BIN)/jet-gym plan paper --planner gas --planner ga --planner gaex --planner policy+refine --planner optimal --output demo/plan.json --plot demo/paper.png
 
 test: .venv/full.installed lint  ## lint, types, tests with coverage
 	@$(BIN)/python -m pytest --cov --cov-report=term:skip-covered

@@ -44,7 +44,7 @@ def progress_bar(description: str) -> Iterator[ProgressCallback]:
 def summary_table(title: str, summaries: Sequence[PlanSummary]) -> Table:
     """Return the table that compares planners on one step."""
     table = plain_table(title)
-    table.add_column("planner")
+    table.add_column("planner", no_wrap=True, min_width=13)
     for heading in (
         "mean\nthrust\n(N)",
         "peak\nthrust\n(N)",
