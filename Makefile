@@ -11,7 +11,7 @@ demo: .venv/base.installed  ## plan the paper's two motions, print the tables, d
 	@$(BIN)/jet-gym plan paper --planner gas --planner ga --planner gaex --planner policy+refine --planner optimal --output demo/plan.json --plot demo/paper.png
 
 test: .venv/full.installed lint  ## lint, types, tests with coverage
-	@$(BIN)/python -m pytest --cov --cov-report=term:skip-covered
+	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --cov --cov-report=term:skip-covered
 
 lint: .venv/full.installed
 	@$(BIN)/ruff check .
