@@ -206,7 +206,7 @@ def compare(settings: CompareSettings, progress: Progress | None = None) -> Comp
         if progress is not None:
             progress(len(steps) + done, total)
 
-    times = _measure_times(settings, names, steps[:timed], report)
+    times = _measure_times(settings, names, steps, timed, report)
     for name in names:
         measured[name].update(times[name])
     return Comparison(settings, steps, measured, {name: [one[name][1] for one in results] for name in names})
@@ -251,15 +251,19 @@ def _executed(plan: Plan) -> dict[str, list[float]]:
 
 
 def _measure_times(
-    settings: CompareSettings, names: Sequence[str], steps: Sequence[Step], report: Callable[[int], None]
+    settings: CompareSettings,
+    names: Sequence[str],
+    steps: Sequence[Step],
+    timed: int,
+    report: Callable[[int], None],
 ) -> dict[str, dict[str, Array]]:
-    """Return each planner's processor time a swing point [ms], (steps, 1), and that in a batch of all (1, 1)."""
+    """Return processor times a swing point [ms]: (timed steps, 1), and in a batch of all steps (1, 1)."""
     planners = {name: settings.make(name) for name in names}
     times: dict[str, list[list[float]]] = {name: [] for name in names}
     with _one_core():
         for planner in planners.values():
             planner.plan(steps[0])
-        for done, step in enumerate(steps, start=1):
+        for done, step in enumerate(steps[:timed], start=1):
             for name, planner in planners.items():
                 started = process_time()
                 planner.plan(step)

@@ -94,7 +94,8 @@ def compare_command(
         check_figure_path(picture)
     with progress_bar("comparing") as report:
         found = compare(settings, report)
-    console.print(_table(found))
+    for table in _tables(found):
+        console.print(table)
     console.print(_improvement_table(found))
     if output is not None:
         write_whole(output, json.dumps(found.to_dict(), indent=1).encode())
@@ -105,34 +106,53 @@ def compare_command(
         console.print("wrote " + ", ".join(written), soft_wrap=True)
 
 
-def _table(found: Comparison) -> Table:
+Column = tuple[str, str, str, float, int]  # heading, figure, statistic, scale, digits
+
+_PLANS: tuple[Column, ...] = (
+    ("mean\nthrust\n(N)", "mean_thrust", "mean", 1.0, 2),
+    ("peak\nthrust\n(N)", "peak_thrust", "mean", 1.0, 2),
+    ("pelvis\nrough.\n(mm)", "pelvis_roughness", "mean", 1e3, 2),
+    ("thrust\nrough.\n(N)", "thrust_roughness", "mean", 1.0, 3),
+    ("violated\npoints\n(%)", "violated_points", "mean", 1e2, 2),
+    ("violated\nsteps\n(%)", "violated_steps", "mean", 1e2, 1),
+)
+_WORTH: tuple[Column, ...] = (
+    ("total\nfitness\n(IQM)", "total_fitness", "iqm", 1.0, 0),
+    ("above\noptimum\n(IQM)", "excess_fitness", "iqm", 1.0, 0),
+    ("gap,\nmedian\n(%)", "optimality_gap", "median", 1e2, 0),
+    ("a point\ntakes\n(ms)", "ms_per_point", "median", 1.0, 3),
+    ("in a\nbatch\n(ms)", "ms_per_point_in_batch", "median", 1.0, 4),
+)
+_PHYSICS: tuple[Column, ...] = (
+    ("falls\n(%)", "falls", "mean", 1e2, 1),
+    ("ZMP\nmargin\n(mm)", "zmp_margin", "mean", 1e3, 1),
+)
+
+
+def _tables(found: Comparison) -> list[Table]:
+    """Return what the plans are like, and what they are worth and cost; each fits into 80 columns."""
+    settings = found.settings
+    plans = f", {settings.planner_seeds} plans each" if settings.planner_seeds > 1 else ""
+    title = f"{settings.steps} random steps of seed {settings.seed}{plans}, with 95 % intervals"
+    physics = _PHYSICS if settings.physics == "bullet" else ()
+    return [
+        _table(found, title, (*_PLANS, *physics)),
+        _table(found, "what they are worth, and cost", _WORTH),
+    ]
+
+
+def _table(found: Comparison, title: str, columns: tuple[Column, ...]) -> Table:
     from agents.compare import RIVAL
     from jet_gym.cli.console import plain_table
 
-    settings = found.settings
-    plans = f", {settings.planner_seeds} plans each" if settings.planner_seeds > 1 else ""
-    table = plain_table(f"{settings.steps} random steps of seed {settings.seed}{plans}")
-    columns = [
-        ("mean\nthrust\n(N)", "mean_thrust", "mean", 1.0, 2),
-        ("peak\nthrust\n(N)", "peak_thrust", "mean", 1.0, 2),
-        ("pelvis\nrough.\n(mm)", "pelvis_roughness", "mean", 1e3, 2),
-        ("thrust\nrough.\n(N)", "thrust_roughness", "mean", 1.0, 3),
-        ("total\nfitness\n(IQM)", "total_fitness", "iqm", 1.0, 0),
-        ("above\noptimum\n(IQM)", "excess_fitness", "iqm", 1.0, 0),
-        ("gap,\nmedian\n(%)", "optimality_gap", "median", 1e2, 0),
-        ("violated\npoints\n(%)", "violated_points", "mean", 1e2, 2),
-        ("violated\nsteps\n(%)", "violated_steps", "mean", 1e2, 1),
-        ("a point\ntakes\n(ms)", "ms_per_point", "median", 1.0, 3),
-        ("in a\nbatch\n(ms)", "ms_per_point_in_batch", "median", 1.0, 4),
-    ]
-    if settings.physics == "bullet":
-        columns += [("falls\n(%)", "falls", "mean", 1e2, 1), ("ZMP\nmargin\n(mm)", "zmp_margin", "mean", 1e3, 1)]
-    table.add_column("planner", no_wrap=True)
+    table = plain_table(title)
+    table.add_column("planner", no_wrap=True, min_width=13)
     for heading, *_ in columns:
         table.add_column(heading, justify="right")
-    if RIVAL in found.measured:
+    shows_wins = columns is _WORTH and RIVAL in found.measured
+    if shows_wins:
         table.add_column("steps\nbelow\nGAS (%)", justify="right")
-    for name in settings.planners:
+    for name in found.settings.planners:
         cells = []
         for _, figure, statistic, scale, digits in columns:
             if figure not in found.measured[name]:
@@ -143,7 +163,7 @@ def _table(found: Comparison) -> Table:
             if interval.high > interval.low:
                 cell += f"\n[dim]{scale * interval.low:.{digits}f}\n{scale * interval.high:.{digits}f}[/dim]"
             cells.append(cell)
-        if RIVAL in found.measured:
+        if shows_wins:
             cells.append("" if name == RIVAL else f"{100.0 * found.win_share(name):.0f}")
         table.add_row(name, *cells)
     return table
@@ -154,7 +174,7 @@ def _improvement_table(found: Comparison) -> Table:
 
     table = plain_table("probability that the total fitness of the row is below that of the column (%)")
     names = found.settings.planners
-    table.add_column("")
+    table.add_column("", no_wrap=True, min_width=13)
     for name in names:
         table.add_column(name, justify="right")
     for name in names:
@@ -162,7 +182,9 @@ def _improvement_table(found: Comparison) -> Table:
         for other in names:
             interval = found.improvement(name, other)
             low, high = 100.0 * interval.low, 100.0 * interval.high
-            cells.append("" if other == name else f"{100.0 * interval.mean:.1f}\n[dim]{low:.1f}..{high:.1f}[/dim]")
+            cells.append(
+                "" if other == name else f"{100.0 * interval.mean:.1f}\n[dim]{low:.0f} to {high:.0f}[/dim]"
+            )
         table.add_row(name, *cells)
     return table
 
@@ -174,9 +196,9 @@ def _draw(found: Comparison, plot: Path, examples: Path) -> None:
     names, settings = found.settings.planners, found.settings
     figure = plot_comparison(
         {name: found.measured[name]["optimality_gap"] for name in names},
-        {name: found.estimate(name, "ms_per_point", "median") for name in names},
+        {name: found.estimate(name, _time_of(found, name), "median") for name in names},
         {name: found.estimate(name, "optimality_gap", "median") for name in names},
-        subtitle=f"{settings.steps} random steps of seed {settings.seed}",
+        subtitle=f"{settings.steps} random steps of seed {settings.seed}, policies in a batch",
     )
     save_figure(figure, plot)
     order = sorted(range(len(found.steps)), key=lambda k: found.plans[REFERENCE][k].total_fitness)
@@ -185,6 +207,12 @@ def _draw(found: Comparison, plot: Path, examples: Path) -> None:
         plot_examples([(_title(k, found.plans[REFERENCE][k]), [found.plans[n][k] for n in names]) for k in chosen]),
         examples,
     )
+
+
+def _time_of(found: Comparison, planner: str) -> str:
+    """Return which time of a planner is drawn: in a batch, where it plans many steps at once."""
+    batch = "ms_per_point_in_batch"
+    return batch if batch in found.measured[planner] else "ms_per_point"
 
 
 def _title(number: int, plan: Plan) -> str:
