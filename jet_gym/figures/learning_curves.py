@@ -46,6 +46,8 @@ def plot_learning_curves(runs: Sequence[Validations]) -> Figure:
         panel.plot(at / 1e6, np.maximum(scale * middle, _LEAST), color=_COLOR, linewidth=2.4)
         if logarithmic:
             panel.set_yscale("log")
+            for axis_part in ("major", "minor"):
+                getattr(panel.yaxis, f"set_{axis_part}_formatter")("{x:g}")
         else:
             panel.set_ylim(0.0, 100.0)
         style.label_axes(panel, x_label="steps of PPO [10⁶]", y_label=label)
