@@ -19,13 +19,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.balance import BalanceParameters, Stance, stance_of
+from jet_gym.balance import BalanceParameters, BalanceSettings, Stance, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import ZMP
-from jet_gym.fitness import FitnessParameters
+from jet_gym.fitness import FitnessParameters, FitnessSettings
 from jet_gym.kinematics import within_limits
+from jet_gym.posture import swing_and_support
 from jet_gym.posture_state import fitness_of_candidates, posture_at
 from jet_gym.robot import Leg, Trunk, Vector
+from jet_gym.step import Step
 from jet_gym.urdf import Array
 
 FAR = 1e300  # the cost of what cannot be reached
@@ -53,6 +55,40 @@ class SwingPoints(NamedTuple):
     support_sole: Vector  # [m]
     centre: Vector  # [m] of the range at the first swing point
     first_range: float  # [m] that range, on either side, per axis
+
+
+def search_of_step(
+    step: Step,
+    balance: BalanceSettings,
+    fitness: FitnessSettings,
+    *,
+    first_range: float = 0.150,
+    search_range: float = 0.025,
+    zmp_penalty: float = 9000.0,
+) -> tuple[SearchModel, SwingPoints]:
+    """Return a step, and what is minimised over it, in numbers that compiled code takes by value.
+
+    Args:
+        step: The step.
+        balance: What counts as balanced.
+        fitness: Weights and penalties.
+        first_range: Range of the pelvis about the nominal one at the first swing point, per axis [m], Table 2.
+        search_range: Largest move of the pelvis between two swing points, per axis [m], eq. (13).
+        zmp_penalty: What a ZMP outside of the support foot costs.
+    """
+    swing_leg, support_leg, side = swing_and_support(step.robot, step.swing)
+    x, y, z = step.nominal_pelvis.tolist()
+    model = SearchModel(
+        swing_leg,
+        support_leg,
+        step.robot.trunk,
+        side,
+        balance.parameters(step.robot),
+        fitness.parameters(),
+        zmp_penalty,
+        search_range,
+    )
+    return model, SwingPoints(step.swing_sole, step.support, (x, y, z), first_range)
 
 
 class Lattices(NamedTuple):

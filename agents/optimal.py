@@ -29,18 +29,16 @@ from agents.genetic import GasPlanner
 from agents.lattice import (
     FAR,
     Lattices,
-    SearchModel,
-    SwingPoints,
     accumulate,
     cost_of_path,
     make_lattices,
     reach_boxes,
+    search_of_step,
     trace_back,
 )
 from agents.planner import Planner, Progress, check_seed
 from jet_gym.errors import SettingsError, require_number
 from jet_gym.plan import Plan
-from jet_gym.posture import swing_and_support
 from jet_gym.robot import Leg
 from jet_gym.step import Step
 from jet_gym.urdf import Array
@@ -164,19 +162,14 @@ class _Search:
     def __init__(self, planner: OptimalPlanner, step: Step) -> None:
         self.settings = planner.settings
         self.centre = step.nominal_pelvis
-        x, y, z = self.centre.tolist()
-        self.points = SwingPoints(step.swing_sole, step.support, (x, y, z), planner.first_range)
         self.evaluations = 0
-        swing_leg, support_leg, side = swing_and_support(step.robot, step.swing)
-        self.model = SearchModel(
-            swing_leg,
-            support_leg,
-            step.robot.trunk,
-            side,
-            planner.balance.parameters(step.robot),
-            planner.fitness.parameters(),
-            self.settings.zmp_penalty,
-            planner.search_range,
+        self.model, self.points = search_of_step(
+            step,
+            planner.balance,
+            planner.fitness,
+            first_range=planner.first_range,
+            search_range=planner.search_range,
+            zmp_penalty=self.settings.zmp_penalty,
         )
 
     def coarse_path(self, progress: Progress | None) -> Array | None:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import importlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from time import perf_counter
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from jet_gym.balance import BalanceSettings
+from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
 from jet_gym.plan import Plan
 from jet_gym.step import Step
@@ -25,6 +26,7 @@ PLANNERS = {
     "ga": "agents.genetic:GaPlanner",
     "gaex": "agents.exhaustive:GaexPlanner",
     "optimal": "agents.optimal:OptimalPlanner",
+    "policy": "agents.policy:PolicyPlanner",
 }
 """Where each planner lives, by name."""
 
@@ -127,7 +129,11 @@ def check_seed(seed: int) -> None:
 
 
 def make_planner(
-    name: str, *, balance: BalanceSettings | None = None, fitness: FitnessSettings | None = None
+    name: str,
+    *,
+    balance: BalanceSettings | None = None,
+    fitness: FitnessSettings | None = None,
+    **options: Any,
 ) -> Planner:
     """Make a planner by its name.
 
@@ -135,12 +141,16 @@ def make_planner(
         name: One of :data:`PLANNERS`.
         balance: What counts as balanced; the defaults where omitted.
         fitness: Weights and penalties; the defaults where omitted.
+        **options: What this planner has besides, such as ``refine=24`` for ``"policy"``.
 
     Raises:
-        ValueError: If there is no such planner.
+        ValueError: If there is no such planner, or it has no such option.
     """
     if name not in PLANNERS:
         raise ValueError(f"there is no planner {name!r}; choose one of {', '.join(PLANNERS)}")
     module, _, class_name = PLANNERS[name].partition(":")
     planner: type[Planner] = getattr(importlib.import_module(module), class_name)
-    return planner(balance=balance or BalanceSettings(), fitness=fitness or FitnessSettings())
+    known = {field.name for field in fields(planner) if field.init}
+    if unknown := sorted(set(options) - known):
+        raise SettingsError(f"the planner {name!r} has no option {unknown[0]!r}; it has {', '.join(sorted(known))}")
+    return planner(balance=balance or BalanceSettings(), fitness=fitness or FitnessSettings(), **options)

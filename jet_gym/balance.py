@@ -213,6 +213,21 @@ def within_edge_polygon(edge_slope: float, sine: float, cosine: float, length_sq
 
 
 @inlined
+def outside_edge_polygon(stance: Stance, edge_slope: float, sine: float, cosine: float) -> float:
+    """Return about how far the centre of mass is outside of the edge polygon [m]; 0 or less inside.
+
+    Args:
+        stance: The swing point.
+        edge_slope: Tangent of rho.
+        sine: Of the angle of eq. (10), as :func:`edge_vectors` returns it.
+        cosine: Likewise.
+    """
+    dx, dy = stance.swing_ankle[0] - stance.assigned_zmp[0], stance.swing_ankle[1] - stance.assigned_zmp[1]
+    aside = abs(sine) - edge_slope * max(cosine, 0.0) + max(-cosine, 0.0)
+    return aside / max(math.sqrt(dx * dx + dy * dy), 1e-3)
+
+
+@inlined
 def edge_undefined(length_squared: float) -> bool:
     """Tell whether the centre of mass is at the assigned ZMP, so that eq. (10) has no angle to bound."""
     return length_squared <= _COINCIDENT * _COINCIDENT

@@ -33,5 +33,9 @@ class PlanFileError(JetGymError, ValueError):
     """A plan file that is damaged, of another format or not finite."""
 
 
+class PolicyFileError(JetGymError, ValueError):
+    """A policy file that is damaged, not trusted, or made for another environment."""
+
+
 class InfeasibleStepError(JetGymError):
     """A step with a swing point for which no posture satisfies the constraints."""

@@ -244,7 +244,13 @@ def test_observations_are_what_their_table_says(make: Any) -> None:
             knees = staying.joint_positions[[3, 9] if step.swing == "left" else [9, 3]]
             if staying.out_of_reach == 0.0:
                 assert np.allclose(observation[21:23], np.cos(knees / 2.0), atol=1e-6)  # thigh as long as shank
-            assert np.allclose(observation[23:], [(last - k) / 30.0, np.clip(thrust / 23.0, 0.0, 1.0), 0.0, 0.0])
+            assert np.allclose(observation[23:25], [(last - k) / 30.0, np.clip(thrust / 23.0, 0.0, 1.0)])
+            from_zmp = staying.center_of_mass[:2] - staying.assigned_zmp
+            line = path[k][:2] - staying.assigned_zmp
+            to_line = line * (from_zmp @ line) / (line @ line) - from_zmp
+            expected = np.concatenate([from_zmp, to_line]) * np.tile(mirror[:2], 2) / 0.01
+            assert np.allclose(observation[25:29], np.clip(expected, -20.0, 20.0), atol=1e-4)
+            assert np.array_equal(observation[29:], [0.0, 0.0])
             observation, _, _, _, info = env.step(np.array([0.1, -0.2, -0.3]))
             pelvis, thrust = info["pelvis"], info["thrust"]
 

@@ -15,6 +15,7 @@ from jet_gym.cli.robustness import robustness_command
 from jet_gym.cli.simulate import simulate_command
 from jet_gym.cli.studies import claims_command, sweep_command
 from jet_gym.cli.studio import studio_command
+from jet_gym.cli.train import train_command
 from jet_gym.errors import JetGymError
 
 BAD_INPUT = 2
@@ -38,6 +39,7 @@ for command in (
     sweep_command,
     claims_command,
     reproduce_command,
+    train_command,
     studio_command,
 ):
     cli.add_command(command)

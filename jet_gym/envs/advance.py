@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from jet_gym import constraints
-from jet_gym.balance import BalanceParameters, edge_undefined, stance_of
+from jet_gym.balance import BalanceParameters, edge_undefined, outside_edge_polygon, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.envs.lanes import (
     LANE_WIDTH,
@@ -197,7 +195,6 @@ def _judge(
         for i in range(BLOCK):
             angle = sign * result[JOINTS + of, i]
             joint_excess[i] = max(joint_excess[i], lower - angle, angle - upper)
-    edge_tolerance = math.atan(balance.edge_slope)
     for i in range(BLOCK):
         violations, thrust = flags[i], found[FOUND_THRUST, i]
         f1, f2, f3, f4 = fitness_terms(fitness, violations, thrust, moved_squared[i])
@@ -205,16 +202,17 @@ def _judge(
         result[FITNESS_TERMS + 2, i], result[FITNESS_TERMS + 3, i] = f3, f4
         result[FITNESS, i] = f1 + f2 + f3 + f4
 
-        x, y, support = found[FOUND_ZMP, i], found[FOUND_ZMP + 1, i], stance_in(given, i).support
+        stance = stance_in(given, i)
+        x, y, support = found[FOUND_ZMP, i], found[FOUND_ZMP + 1, i], stance.support
         outside = max(support[0] - x, x - support[1], support[2] - y, y - support[3])
         over_thrust = max(thrust - balance.max_thrust, -thrust) / balance.max_thrust
-        over_edge = abs(result[EDGE_ANGLE, i]) - edge_tolerance
+        over_edge = outside_edge_polygon(stance, balance.edge_slope, found[EDGE, i], found[EDGE + 1, i])
         t0 = -min(max(thrust, 0.0), balance.max_thrust) / balance.max_thrust
         t1 = -f3 / (fitness.thrust_weight * balance.max_thrust)
         t2 = _cost(task, violations, constraints.REACH, found[OUT_OF_REACH, i] / task.reach_scale)
         t3 = _cost(task, violations, constraints.JOINT_LIMITS, joint_excess[i] / task.angle_scale)
         t4 = _cost(task, violations, constraints.THRUST, over_thrust)
-        t5 = _cost(task, violations, constraints.EDGE_POLYGON, over_edge / task.angle_scale)
+        t5 = _cost(task, violations, constraints.EDGE_POLYGON, over_edge / task.edge_scale)
         t6 = _cost(task, violations, constraints.ZMP, outside / task.zmp_scale)
         result[GRADED_TERMS, i], result[GRADED_TERMS + 1, i], result[GRADED_TERMS + 2, i] = t0, t1, t2
         result[GRADED_TERMS + 3, i], result[GRADED_TERMS + 4, i] = t3, t4

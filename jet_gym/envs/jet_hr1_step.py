@@ -57,7 +57,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
 
     ## Observation Space
 
-    `Box(float32, (27,))`, seen from the support sole and mirrored so that the swing leg is always the left one, as
+    `Box(float32, (31,))`, seen from the support sole and mirrored so that the swing leg is always the left one, as
     the action is. "If staying" is what the posture would be with the swing foot at the coming swing point and the
     pelvis where it is. Components are clipped to their range.
 
@@ -77,8 +77,10 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     | 22 | the same of the support leg | 0 | 3 | 1 |
     | 23 | swing points to go | 0 | 10 | 30 points |
     | 24 | last thrust asked for | 0 | 1 | 23 N |
-    | 25 | roll of the pelvis, as measured; 0 without physics | -pi | pi | rad |
-    | 26 | pitch of the pelvis, as measured; 0 without physics | -pi | pi | rad |
+    | 25, 26 | from the assigned ZMP to the centre of mass if staying x, y | -20 | 20 | 0.01 m |
+    | 27, 28 | from there to the line between assigned ZMP and swing ankle x, y | -20 | 20 | 0.01 m |
+    | 29 | roll of the pelvis, as measured; 0 without physics | -pi | pi | rad |
+    | 30 | pitch of the pelvis, as measured; 0 without physics | -pi | pi | rad |
 
     ## Rewards
 
@@ -92,19 +94,20 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     | `reach` | a sole is out of reach: -2, and -1 more for each 0.05 m |
     | `joint_limits` | eq. (8) fails: -2, and -1 more for each 20 degrees |
     | `thrust_limits` | eq. (9) fails: -2, and -1 more for each 23 N |
-    | `edge_polygon` | eq. (10) fails: -2, and -1 more for each 20 degrees |
+    | `edge_polygon` | eq. (10) fails: -2, and -1 more for each 0.01 m of the centre of mass outside |
     | `zmp` | eq. (11) fails: -2, and -1 more for each 0.05 m |
     | `zmp` with bullet | or the measured ZMP comes within 5 mm of the sole's edge: down to -2 at the edge; |
     | | not at the first and the last point, where both feet stand |
     | `tilt` | bullet: the pelvis tilts by more than 3 degrees: -1 for each 10 degrees beyond, -6 at the least |
     | `fall` | bullet: the robot fell: the worst of a point (-41.1), for this one and each that is left |
 
-    A constraint's term is -6 at the least. `reward="fitness"` is minus f1 to f4 of eqs (16) to (22) over 230, so
-    that the return is minus the total fitness of the plan over 230; with bullet f4 takes the thrust that was
-    delivered, and `zmp`, `tilt` and `fall` come on top. While nothing slips or tips, the rewards of the two physics
-    differ by less than 0.15 at each point, and by less than 0.3 at the first, to which the fan spins up from rest;
-    the term `zmp` aside, in which physics counts what the model cannot know, such as the weight's shift at
-    lift-off.
+    A constraint's term is -6 at the least; `violation_cost` may be another than 2.
+
+    `reward="fitness"` is minus f1 to f4 of eqs (16) to (22) over 230, so that the return is minus the total
+    fitness of the plan over 230; with bullet f4 takes the thrust that was delivered, and `zmp`, `tilt` and `fall`
+    come on top. While nothing slips or tips, the rewards of the two physics differ by less than 0.15 at each point,
+    and by less than 0.3 at the first, to which the fan spins up from rest; the term `zmp` aside, in which physics
+    counts what the model cannot know, such as the weight's shift at lift-off.
 
     ## Starting State
 
@@ -124,7 +127,8 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     ## Arguments
 
     `gymnasium.make("JetHR1Step-v0", physics="bullet", reward="graded", thrust_model="assigned",
-    smoothness_weight=5e5, step=None, difficulty=1.0, time_per_point=0.2, disturbances=None, render_mode=None)`
+    smoothness_weight=5e5, step=None, difficulty=1.0, violation_cost=2.0, time_per_point=0.2, disturbances=None,
+    render_mode=None)`
 
     | Argument | Values | Meaning |
     |---|---|---|
@@ -134,6 +138,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     | `smoothness_weight` | float | omega of eq. (18) in 1/m^2 |
     | `step` | `jet_gym.Step` or `None` | the step of every episode, or a random one each time |
     | `difficulty` | 0 to 1 | how far random steps may go |
+    | `violation_cost` | 0 to 6 | what a violated constraint costs at least in the graded reward, for curricula |
     | `time_per_point` | float | simulated time of a swing point in s; the first one takes a second |
     | `disturbances` | `jet_gym.simulation.DisturbanceRanges` or `None` | bullet: what differs from the model is |
     | | | drawn from these ranges at each reset: link masses, the pelvis' centre of mass, friction, stiffness of |
@@ -175,6 +180,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
         smoothness_weight: float | None = None,
         step: Step | None = None,
         difficulty: float = 1.0,
+        violation_cost: float = 2.0,
         time_per_point: float = 0.2,
         disturbances: DisturbanceRanges | None = None,
     ) -> None:
@@ -187,6 +193,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
             smoothness_weight=smoothness_weight,
             step=step,
             difficulty=difficulty,
+            violation_cost=violation_cost,
             time_per_point=time_per_point,
             disturbances=disturbances,
         )
@@ -203,7 +210,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
             )
         self.render_mode = render_mode
         self.metadata = type(self).metadata | {"render_fps": max(1, round(1.0 / time_per_point))}
-        self.model = TaskModel(reward, thrust_model, smoothness_weight, step, difficulty)
+        self.model = TaskModel(reward, thrust_model, smoothness_weight, step, difficulty, violation_cost)
         self.observation_space = self.model.observation_space()
         self.action_space = self.model.action_space()
         self._physics = (

@@ -45,7 +45,7 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
         threads: Threads among which the lanes are divided; as many as are worth it where omitted.
         render_mode: ``None``; a batch has no picture.
         **task: Arguments of the single environment: ``reward``, ``thrust_model``, ``smoothness_weight``,
-            ``step``, ``difficulty``.
+            ``step``, ``difficulty``, ``violation_cost``.
     """
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012
@@ -172,6 +172,15 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
         elif not same_step:
             self._over = over
         return observations, rewards, terminations, truncations, infos
+
+    @property
+    def violation_cost(self) -> float:
+        """What a violated constraint costs at least in the graded reward; may be set, for a curriculum."""
+        return self._model.violation_cost
+
+    @violation_cost.setter
+    def violation_cost(self, cost: float) -> None:
+        self._model.violation_cost = cost
 
     def close_extras(self, **_: Any) -> None:
         """End the threads."""

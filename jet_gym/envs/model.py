@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Literal, TypeAlias, cast, get_args
 
 import numpy as np
@@ -37,6 +38,9 @@ class TaskModel:
         smoothness_weight: omega of eq. (18) [1/m^2]; the default where omitted.
         step: The step of every episode; a random one each time where omitted.
         difficulty: How far random steps may go, 0 to 1.
+        violation_cost: What a violated constraint costs at least in the graded reward.
+        balance: What counts as balanced, in place of ``thrust_model``.
+        fitness: Weights and penalties, in place of ``smoothness_weight``.
 
     Raises:
         SettingsError: A ``ValueError``, if an argument is not allowed.
@@ -49,28 +53,45 @@ class TaskModel:
         smoothness_weight: float | None = None,
         step: Step | None = None,
         difficulty: float = 1.0,
+        violation_cost: float = TaskSettings.violation_cost,
+        *,
+        balance: BalanceSettings | None = None,
+        fitness: FitnessSettings | None = None,
     ) -> None:
         if reward not in get_args(RewardForm):
             raise SettingsError(f"reward must be 'graded' or 'fitness', not {reward!r}")
         self.robot = jet_hr1()
         self.reward = reward
         self.step = None if step is None else self._check_step(step)
-        self.settings = TaskSettings(difficulty=difficulty)
-        self.balance = BalanceSettings(thrust_model=thrust_model)
+        self.settings = TaskSettings(difficulty=difficulty, violation_cost=violation_cost)
+        self.balance = balance or BalanceSettings(thrust_model=thrust_model)
         weight = {} if smoothness_weight is None else {"smoothness_weight": smoothness_weight}
-        self.fitness = FitnessSettings(**weight)
+        self.fitness = fitness or FitnessSettings(**weight)
         self._balance = self.balance.parameters(self.robot)
-        parameters = self.fitness.parameters()
-        task = self.settings.parameters()
-        left, right, trunk = self.robot.left, self.robot.right, self.robot.trunk
-        self._numbers: Array = np.array(
-            [
-                pack(TaskNumbers(left, right, trunk, 1.0, self._balance, parameters, task)),
-                pack(TaskNumbers(right, left, trunk, -1.0, self._balance, parameters, task)),
-            ]
-        )
+        self._numbers = self._packed()
         self.reward_names = REWARD_TERMS if reward == "graded" else FITNESS_TERMS
         self.drawer = StepDrawer(self.robot, self._balance, self.settings.difficulty)
+
+    @property
+    def violation_cost(self) -> float:
+        """What a violated constraint costs at least in the graded reward; may be set, for a curriculum."""
+        return self.settings.violation_cost
+
+    @violation_cost.setter
+    def violation_cost(self, cost: float) -> None:
+        self.settings = replace(self.settings, violation_cost=cost)
+        self._numbers = self._packed()
+
+    def _packed(self) -> Array:
+        """Return the task with left and with right swing in numbers that compiled code takes."""
+        fitness, task = self.fitness.parameters(), self.settings.parameters()
+        left, right, trunk = self.robot.left, self.robot.right, self.robot.trunk
+        return np.array(
+            [
+                pack(TaskNumbers(left, right, trunk, 1.0, self._balance, fitness, task)),
+                pack(TaskNumbers(right, left, trunk, -1.0, self._balance, fitness, task)),
+            ]
+        )
 
     @property
     def fitness_scale(self) -> float:

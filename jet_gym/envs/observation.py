@@ -34,6 +34,7 @@ from jet_gym.posture_block import (
     GIVEN_ROWS,
     evaluate_block,
     put,
+    stance_in,
 )
 from jet_gym.robot import Leg, Vector
 from jet_gym.trigonometry import arctangent
@@ -50,6 +51,8 @@ class Component(NamedTuple):
 
 _POSITION = 2.0  # [m]
 _AHEAD = 0.1  # [m] unit of the path ahead
+_OFFSET = 0.01  # [m] unit of where the centre of mass is: the corridor of eq. (10) is millimetres wide
+_MOST_OFFSET = 20.0  # of that unit
 
 COMPONENTS = (
     Component("progress", 0.0, 1.0),
@@ -67,6 +70,8 @@ COMPONENTS = (
     Component("support_leg_extension", 0.0, 3.0),
     Component("points_to_go", 0.0, 10.0),
     Component("last_thrust", 0.0, 1.0),
+    *(Component(f"com_from_zmp_if_staying_{axis}", -_MOST_OFFSET, _MOST_OFFSET) for axis in "xy"),
+    *(Component(f"com_to_line_if_staying_{axis}", -_MOST_OFFSET, _MOST_OFFSET) for axis in "xy"),
     Component("roll", -math.pi, math.pi),
     Component("pitch", -math.pi, math.pi),
 )
@@ -105,7 +110,7 @@ def observe(numbers: Array, lanes: Array, selected: NDArray[np.int64], observati
                 put(given, i, stance, three(lane, PELVIS))
                 _observe_robot(swing_leg, support_leg, side, balance, stance, lane, row)
             evaluate_block(swing_leg, support_leg, trunk, balance, given, found, flags)
-            _observe_balance(balance, side, state, found, rows)
+            _observe_balance(balance, side, state, given, found, rows)
             for column in range(count):
                 lane_index = chosen[start + column]
                 for component in range(_WIDTH):
@@ -145,12 +150,14 @@ def _observe_robot(
     row[21] = _extension(swing_leg, pelvis, stance.cos_yaw, stance.sin_yaw, stance.swing_ankle)
     row[22] = _extension(support_leg, pelvis, stance.cos_yaw, stance.sin_yaw, stance.support_ankle)
     row[24] = min(max(lane[THRUST] / balance.max_thrust, 0.0), 1.0)
-    row[25] = _clip(side * lane[ATTITUDE], math.pi)
-    row[26] = _clip(lane[ATTITUDE + 1], math.pi)
+    row[29] = _clip(side * lane[ATTITUDE], math.pi)
+    row[30] = _clip(lane[ATTITUDE + 1], math.pi)
 
 
 @inlined
-def _observe_balance(balance: BalanceParameters, side: float, state: Array, found: Array, rows: Array) -> None:
+def _observe_balance(
+    balance: BalanceParameters, side: float, state: Array, given: Array, found: Array, rows: Array
+) -> None:
     """Write what the balance would be if the pelvis stayed."""
     edge_tolerance = math.atan(balance.edge_slope)
     for i in range(BLOCK):
@@ -160,6 +167,15 @@ def _observe_balance(balance: BalanceParameters, side: float, state: Array, foun
         edge_angle = arctangent(found[EDGE, i], found[EDGE + 1, i])
         edge_angle = 0.0 if edge_undefined(found[EDGE + 2, i]) else edge_angle
         rows[20, i] = _clip(side * edge_angle / edge_tolerance, 10.0)
+        stance = stance_in(given, i)
+        zmp_x, zmp_y = stance.assigned_zmp
+        line_x, line_y = stance.swing_ankle[0] - zmp_x, stance.swing_ankle[1] - zmp_y
+        from_zmp_x, from_zmp_y = found[COM, i] - zmp_x, found[COM + 1, i] - zmp_y
+        along = (from_zmp_x * line_x + from_zmp_y * line_y) / max(line_x * line_x + line_y * line_y, 1e-9)
+        rows[25, i] = _clip(from_zmp_x / _OFFSET, _MOST_OFFSET)
+        rows[26, i] = _clip(side * from_zmp_y / _OFFSET, _MOST_OFFSET)
+        rows[27, i] = _clip((along * line_x - from_zmp_x) / _OFFSET, _MOST_OFFSET)
+        rows[28, i] = _clip(side * (along * line_y - from_zmp_y) / _OFFSET, _MOST_OFFSET)
 
 
 @inlined

@@ -55,7 +55,7 @@ def unpack(n: Array) -> TaskNumbers:
         BalanceParameters(n[at + 5] != 0.0, n[at + 6], n[at + 7], n[at + 8], n[at + 9]),
         FitnessParameters(n[at + 10], n[at + 11], n[at + 12], n[at + 13], n[at + 14]),
         TaskParameters(
-            n[at + 15], n[at + 16], n[at + 17], n[at + 18], n[at + 19], n[at + 20], n[at + 21]
+            n[at + 15], n[at + 16], n[at + 17], n[at + 18], n[at + 19], n[at + 20], n[at + 21], n[at + 22]
         ),
     )  # fmt: skip
 

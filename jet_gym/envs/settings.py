@@ -33,7 +33,10 @@ class TaskSettings:
         violation_cost: What a violated constraint costs at least, in units of a point at full thrust.
         largest_cost: What it costs at most.
         reach_scale: Distance out of reach [m] that costs one unit more.
-        angle_scale: Angle beyond a joint limit or the edge polygon [rad] that costs one unit more.
+        angle_scale: Angle beyond a joint limit [rad] that costs one unit more.
+        edge_scale: Distance of the centre of mass outside of the edge polygon [m] that costs one unit more. The
+            angle of eq. (10) itself says little: near the polygon's tips, where the thrust is least, a hair's
+            breadth is tens of degrees.
         zmp_scale: Distance of the ZMP outside of the sole [m] that costs one unit more.
         difficulty: How far drawn steps may go, from 0 (landings one stance, 0.225 m, from the support foot) to 1
             (the edge of feasibility).
@@ -45,6 +48,7 @@ class TaskSettings:
     largest_cost: float = 6.0
     reach_scale: float = 0.05
     angle_scale: float = math.radians(20.0)
+    edge_scale: float = 0.01
     zmp_scale: float = 0.05
     difficulty: float = 1.0
 
@@ -52,7 +56,7 @@ class TaskSettings:
         """Refuse settings outside of what is allowed."""
         for field in dataclasses.fields(self):
             require_number(field.name, getattr(self, field.name))
-        for name in ("first_range", "later_range", "reach_scale", "angle_scale", "zmp_scale"):
+        for name in ("first_range", "later_range", "reach_scale", "angle_scale", "edge_scale", "zmp_scale"):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise SettingsError(f"{name} must be a finite number of more than 0, not {getattr(self, name)}")
         if not 0.0 <= self.violation_cost <= self.largest_cost < math.inf:
@@ -72,6 +76,7 @@ class TaskSettings:
             self.largest_cost,
             self.reach_scale,
             self.angle_scale,
+            self.edge_scale,
             self.zmp_scale,
         )
 
@@ -85,4 +90,5 @@ class TaskParameters(NamedTuple):
     largest_cost: float
     reach_scale: float  # [m]
     angle_scale: float  # [rad]
+    edge_scale: float  # [m]
     zmp_scale: float  # [m]

@@ -1,0 +1,123 @@
+"""A trained policy's network as plain arrays, with a forward pass in NumPy: no torch, nothing unpickled."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jet_gym.envs.observation import COMPONENTS
+from jet_gym.envs.registration import ENVIRONMENT_ID
+from jet_gym.errors import PolicyFileError
+from jet_gym.files import write_whole_with
+
+FORMAT = "jet-gym-policy/1"
+INPUT_LIMIT = 8.0  # scaled observations are clipped to this
+
+Array32 = NDArray[np.float32]
+Layer = tuple[Array32, Array32]
+
+
+@dataclass(frozen=True, eq=False)
+class PolicyNetwork:
+    """A multilayer perceptron from observation to action, ``tanh`` between its layers.
+
+    Attributes:
+        center: What is taken from each component of an observation (C,).
+        scale: What it is then divided by (C,).
+        layers: Weights (outputs, inputs) and biases (outputs,) of each layer.
+        about: What the file says of itself: how it was trained and what it scores.
+    """
+
+    center: Array32
+    scale: Array32
+    layers: tuple[Layer, ...]
+    about: dict[str, Any] = field(default_factory=dict)
+
+    def act(self, observations: Array32) -> Array32:
+        """Return the actions (N, 3), clipped to [-1, 1], for observations (N, C) of ``JetHR1Step-v0``."""
+        values = np.clip((observations - self.center) / self.scale, -INPUT_LIMIT, INPUT_LIMIT)
+        *hidden, (last_weights, last_biases) = self.layers
+        for weights, biases in hidden:
+            values = values @ weights.T
+            values += biases
+            np.tanh(values, out=values)
+        actions: Array32 = np.clip(values @ last_weights.T + last_biases, -1.0, 1.0)
+        return actions
+
+    @property
+    def sha256(self) -> str:
+        """Hash of all numbers of the network."""
+        digest = hashlib.sha256()
+        for array in self._arrays().values():
+            digest.update(np.ascontiguousarray(array, dtype="<f4").tobytes())
+        return digest.hexdigest()
+
+    def save(self, path: str | Path) -> None:
+        """Write the network to an ``.npz`` file, whole or not at all.
+
+        Raises:
+            OSError: If the file cannot be written.
+        """
+        about = self.about | {
+            "format": FORMAT,
+            "environment": ENVIRONMENT_ID,
+            "observation": [component.name for component in COMPONENTS],
+            "sha256": self.sha256,
+        }
+        arrays: dict[str, Any] = {**self._arrays(), "about": np.array(json.dumps(about))}
+        write_whole_with(path, lambda temporary: np.savez_compressed(temporary, **arrays))
+
+    @classmethod
+    def load(cls, path: str | Path) -> PolicyNetwork:
+        """Read a network from an ``.npz`` file.
+
+        Raises:
+            PolicyFileError: If the file cannot be read or is damaged, or the policy is for another environment.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                content = {name: file[name] for name in file.files}
+            about = json.loads(str(content.pop("about")))
+            network = cls._from_arrays(content, about)
+        except OSError as error:
+            raise PolicyFileError(f"cannot read the policy {path!s}: {error.strerror or error}") from error
+        except Exception as error:  # NumPy, zipfile and zlib raise what they like on a damaged file
+            raise PolicyFileError(f"{path!s} is not a policy: {error}") from error
+        network._check(path)
+        return network
+
+    @classmethod
+    def _from_arrays(cls, content: dict[str, NDArray[Any]], about: dict[str, Any]) -> PolicyNetwork:
+        depth = sum(name.startswith("weights") for name in content)
+        arrays = {name: np.asarray(array, dtype=np.float32) for name, array in content.items()}
+        layers = tuple((arrays[f"weights_{i}"], arrays[f"biases_{i}"]) for i in range(depth))
+        return cls(arrays["center"], arrays["scale"], layers, about)
+
+    def _arrays(self) -> dict[str, Array32]:
+        arrays = {"center": self.center, "scale": self.scale}
+        for i, (weights, biases) in enumerate(self.layers):
+            arrays |= {f"weights_{i}": weights, f"biases_{i}": biases}
+        return arrays
+
+    def _check(self, path: str | Path) -> None:
+        about = self.about
+        if about.get("format") != FORMAT:
+            raise PolicyFileError(
+                f"{path!s} is not a policy: its format is {about.get('format')!r}, not {FORMAT!r}"
+            )
+        if about.get("environment") != ENVIRONMENT_ID:
+            raise PolicyFileError(
+                f"{path!s} is a policy for {about.get('environment')!r}, not for {ENVIRONMENT_ID}"
+            )
+        if about.get("observation") != [component.name for component in COMPONENTS]:
+            raise PolicyFileError(
+                f"{path!s} was trained on other observations than {ENVIRONMENT_ID} has today; train it anew"
+            )
+        if about.get("sha256") != self.sha256:
+            raise PolicyFileError(f"{path!s} is damaged: its numbers do not fit its hash")

@@ -1,0 +1,1 @@
+"""What ``train.py`` is made of; needs the extra ``[train]``."""

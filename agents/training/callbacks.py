@@ -1,0 +1,127 @@
+"""What happens beside PPO's own updates: the curriculum, validation, checkpoints, TensorBoard."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
+
+from agents.network import PolicyNetwork
+from agents.training.extractor import network_of
+from agents.training.run_folder import write_json
+from agents.training.validation import Score, StepSet
+from agents.training.vec_env import StepVecEnv
+from jet_gym.envs.settings import TaskSettings
+from jet_gym.files import write_whole_with
+
+MODEL, NETWORK = "model.zip", "policy.npz"
+
+
+def save_model(model: PPO, folder: Path, about: dict[str, Any]) -> PolicyNetwork:
+    """Write a model, its actor as plain arrays and what is known of them into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    write_whole_with(folder / MODEL, model.save)
+    network = network_of(model.policy, about)
+    network.save(folder / NETWORK)
+    write_json(folder / "about.json", about)
+    return network
+
+
+class Curriculum(BaseCallback):
+    """Makes violations dear and exploration small as training goes on.
+
+    At first a violated constraint costs only what it is violated by, so that the policy finds where the paths of
+    least thrust run, which lie on the constraints; were the violation itself dear from the beginning, noisy actions
+    would teach it to keep far away from them. Then the cost rises to that of the environment while the noise
+    falls, and the policy moves to the inside by as little as its remaining noise asks for.
+
+    Args:
+        deviations: Standard deviation of the actions at the beginning and at the end [search range]; it falls
+            geometrically and is not learnt.
+        rise: Shares of the training at which the cost of a violation begins to rise from nothing, and at which it
+            has risen; both 0 to leave it as it is.
+        steps: Environment steps of the training.
+    """
+
+    def __init__(self, deviations: tuple[float, float], rise: tuple[float, float], steps: int) -> None:
+        super().__init__()
+        self._deviations, self._rise, self._steps = deviations, rise, steps
+
+    def _on_rollout_start(self) -> None:
+        policy: Any = self.model.policy
+        share = min(self.num_timesteps / self._steps, 1.0)
+        first, last = self._deviations
+        deviation = first * (last / first) ** share
+        policy.log_std.requires_grad_(False)
+        policy.log_std.data.fill_(math.log(deviation))
+        self.logger.record("train/deviation", deviation)
+        begin, end = self._rise
+        if end > 0.0:
+            risen = min(max((share - begin) / max(end - begin, 1e-9), 0.0), 1.0)
+            self.training_env.set_attr("violation_cost", risen * TaskSettings.violation_cost)
+            self.logger.record("train/violation_cost", risen * TaskSettings.violation_cost)
+
+    def _on_step(self) -> bool:
+        return True
+
+
+class Validate(BaseCallback):
+    """Judges the policy now and then, keeps the best one, and writes a checkpoint each time.
+
+    Args:
+        steps: The validation set.
+        folder: The run's folder; the best model goes to ``best``, the latest to ``checkpoint``.
+        every: Environment steps from one time to the next.
+        about: What is written beside each model.
+        report: Is told each score.
+        best: The best cost so far, of a run that is resumed.
+    """
+
+    def __init__(
+        self,
+        steps: StepSet,
+        folder: Path,
+        every: int,
+        about: dict[str, Any],
+        report: Callable[[int, Score], None],
+        best: float = math.inf,
+    ) -> None:
+        super().__init__()
+        self._steps, self._folder, self._every, self._about, self._report = steps, folder, every, about, report
+        self.best = best
+        self._next = 0
+
+    def _on_training_start(self) -> None:
+        self._next = self.num_timesteps
+
+    def _on_rollout_start(self) -> None:
+        if isinstance(self.training_env, StepVecEnv):
+            for name, value in self.training_env.noticed().items():
+                self.logger.record(f"reward/{name}", value)
+        if self.num_timesteps >= self._next:
+            self._next = self.num_timesteps + self._every
+            self.validate()
+
+    def _on_training_end(self) -> None:
+        self.validate()
+
+    def _on_step(self) -> bool:
+        return True
+
+    def validate(self) -> None:
+        """Judge the policy as it is."""
+        assert isinstance(self.model, PPO)
+        score = self._steps.score(network_of(self.model.policy))
+        for name, value in dataclasses.asdict(score).items():
+            self.logger.record(f"validation/{name}", value)
+        about = self._about | {"timesteps": self.num_timesteps, "validation": dataclasses.asdict(score)}
+        if score.cost < self.best:
+            self.best = score.cost
+            save_model(self.model, self._folder / "best", about)
+        save_model(self.model, self._folder / "checkpoint", about | {"best_cost": self.best})
+        self._report(self.num_timesteps, score)

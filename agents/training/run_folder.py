@@ -1,0 +1,60 @@
+"""The folder of a training run: what was asked, by which versions, and what came out."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import platform
+import subprocess
+import sys
+from datetime import datetime, timezone
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from jet_gym.files import write_whole
+
+_PACKAGES = ("jet-gym", "gymnasium", "stable-baselines3", "torch", "numpy", "numba", "pybullet")
+
+
+def describe_run(settings: Any) -> dict[str, Any]:
+    """Return settings (a dataclass), versions, command and git revision of this run as plain data."""
+    return {
+        "settings": {name: _plain(value) for name, value in dataclasses.asdict(settings).items()},
+        "command": ["python", *sys.argv],
+        "started": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+        "python": platform.python_version(),
+        "versions": {name: found for name in _PACKAGES if (found := _version(name)) is not None},
+        "git_revision": git_revision(),
+    }
+
+
+def git_revision() -> str | None:
+    """Return the revision of the source, with a ``+`` where it was changed since; ``None`` outside git."""
+    folder = Path(__file__).resolve().parent
+    try:
+        revision = _git(folder, "rev-parse", "HEAD")
+        return revision + ("+" if _git(folder, "status", "--porcelain", "--untracked-files=no") else "")
+    except (OSError, subprocess.SubprocessError):
+        return None
+
+
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Write a JSON file, whole or not at all."""
+    write_whole(path, (json.dumps(content, indent=1) + "\n").encode())
+
+
+def _git(folder: Path, *arguments: str) -> str:
+    done = subprocess.run(["git", *arguments], cwd=folder, check=True, capture_output=True, text=True, timeout=10)
+    return done.stdout.strip()
+
+
+def _version(name: str) -> str | None:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
+
+
+def _plain(value: Any) -> Any:
+    return str(value) if isinstance(value, Path) else value

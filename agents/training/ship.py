@@ -1,0 +1,132 @@
+"""Makes the folder of a policy that ships out of a training run, with a card that says what it can and cannot do.
+
+python -m agents.training.ship runs/mine
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import math
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from agents.network import PolicyNetwork
+from agents.policy import SHIPPED_POLICY, PolicyPlanner
+from agents.training.callbacks import MODEL, NETWORK
+from agents.training.run_folder import write_json
+from agents.training.validation import TEST_SEED, Score, StepSet
+from jet_gym.envs.registration import ENVIRONMENT_ID
+from jet_gym.files import write_whole
+from jet_gym.step import Step
+
+REFINE = 24
+_KINDS: dict[str, Callable[[Step], bool]] = {
+    "forward": lambda step: step.landing[0] > 0.2,
+    "backward": lambda step: step.landing[0] < -0.2,
+    "sideways": lambda step: abs(step.landing[0]) <= 0.2,
+    "landing within 0.4 m of the support": lambda step: _distance(step) < 0.4,
+    "landing 0.4 to 0.6 m away": lambda step: 0.4 <= _distance(step) < 0.6,
+    "landing 0.6 m away or more": lambda step: _distance(step) >= 0.6,
+}
+
+
+def _distance(step: Step) -> float:
+    return math.dist(step.landing[:2], step.support[:2])
+
+
+def ship(run: Path, target: Path, count: int) -> None:
+    """Judge a run's best policy on test steps and write it with its card.
+
+    Args:
+        run: The run's folder.
+        target: The folder that ships.
+        count: Number of test steps.
+    """
+    network = PolicyNetwork.load(run / "best" / NETWORK)
+    test = StepSet.drawn(count, TEST_SEED)
+    plans = {name: PolicyPlanner(model=network, refine=k).plan_many(test.steps) for name, k in _variants().items()}
+    scores = {name: test.score_plans(found) for name, found in plans.items()}
+    kinds: dict[str, dict[str, Score]] = {}
+    for kind, belongs in _KINDS.items():
+        rows = [row for row, step in enumerate(test.steps) if belongs(step)]
+        part = StepSet([test.steps[row] for row in rows], test.gas[rows], test.optimal[rows])
+        kinds[kind] = {name: part.score_plans([found[row] for row in rows]) for name, found in plans.items()}
+    run_settings = json.loads((run / "run.json").read_text())
+    about = {
+        "environment": ENVIRONMENT_ID,
+        "sha256": network.sha256,
+        "trained_by": run_settings,
+        "timesteps": network.about["timesteps"],
+        "test_steps": count,
+        "test_seed": TEST_SEED,
+        "test": {name: dataclasses.asdict(score) for name, score in scores.items()},
+        "by_kind": {
+            kind: {name: dataclasses.asdict(score) for name, score in found.items()}
+            for kind, found in kinds.items()
+        },
+    }
+    target.mkdir(parents=True, exist_ok=True)
+    replace(network, about=network.about | {"test": about["test"]}).save(target / NETWORK)
+    shutil.copyfile(run / "best" / MODEL, target / MODEL)
+    write_json(target / "about.json", about)
+    write_whole(target / "README.md", _card(about, scores, kinds).encode())
+
+
+def _variants() -> dict[str, int]:
+    return {"policy": 0, "policy+refine": REFINE}
+
+
+def _card(about: dict[str, Any], scores: dict[str, Score], kinds: dict[str, dict[str, Score]]) -> str:
+    command = " ".join(about["trained_by"]["command"])
+    settings = about["trained_by"]["settings"]
+    lines = [
+        f"# The policy for {ENVIRONMENT_ID}",
+        "",
+        "`policy.npz` holds the numbers of the network that acts (loaded without torch and without unpickling),",
+        "`model.zip` the whole Stable-Baselines3 model, to train on; `about.json` has what is below as data.",
+        "",
+        f"* Trained by `{command}` (seed {settings['seed']}, {about['timesteps']:,} steps, quasi-static physics,",
+        f"  revision `{about['trained_by']['git_revision']}`).",
+        f"* Judged on {about['test_steps']} steps, seeds from {about['test_seed']}, which training never draws.",
+        f"* Hidden layers of {settings['hidden']}, tanh. SHA-256 of its numbers: `{about['sha256'][:16]}...`.",
+        "",
+        "| steps | planner | below GAS on | fitness over GAS's, median | over the optimum, median "
+        "| points violated | steps violated |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for kind, found in {"all": scores, **kinds}.items():
+        for name, score in found.items():
+            lines.append(
+                f"| {kind} | {name} | {score.wins:.0%} | {score.median_ratio:.2f} | {1.0 + score.median_gap:.2f} "
+                f"| {score.violated_points:.2%} | {score.violated_steps:.1%} |"
+            )
+    lines += [
+        "",
+        "Where it fails: the rows above say on which kinds of steps. The policy has seen Jet-HR1 alone, the",
+        "assigned thrust model, and steps as `JetHR1Step-v0` draws them (30 to 60 swing points, apex 0.05 to",
+        "0.12 m); others are beyond what it has seen. The optimum of an easy step is a few units of fitness in all",
+        "(hundredths of a newton), so that a ratio to it says little there.",
+        "",
+        "Made by `python -m agents.training.ship`.",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", type=Path, help="folder of a training run")
+    parser.add_argument("--target", type=Path, default=SHIPPED_POLICY.parent, help="folder that ships")
+    parser.add_argument("--steps", type=int, default=400, help="number of test steps")
+    arguments = parser.parse_args()
+    ship(arguments.run, arguments.target, arguments.steps)
+
+
+if __name__ == "__main__":
+    main()

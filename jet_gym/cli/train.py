@@ -1,0 +1,34 @@
+"""``jet-gym train``: the same as ``python train.py``."""
+
+from __future__ import annotations
+
+import runpy
+import sys
+from pathlib import Path
+
+import click
+
+from jet_gym.errors import JetGymError
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+_PLACES = (_PACKAGE.parent / "train.py", _PACKAGE / "data" / "train.py")  # in the source, in a wheel
+
+
+@click.command(
+    "train",
+    short_help="Train a posture policy with PPO.",
+    context_settings={"ignore_unknown_options": True, "help_option_names": []},
+)
+@click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
+def train_command(arguments: tuple[str, ...]) -> int:
+    """Train a posture policy; the same as python train.py, whose --help has the options."""
+    script = next(place for place in _PLACES if place.exists())
+    try:
+        main = runpy.run_path(str(script))["main"]
+    except ImportError as error:
+        raise JetGymError(
+            f"training needs {error.name}: pip install torch==2.13.0, and then 'jet-gym[train]'"
+        ) from error
+    sys.argv = [f"jet-gym {sys.argv[1]}" if len(sys.argv) > 1 else "jet-gym train", *arguments]
+    code: int = main(list(arguments))
+    return code

@@ -1,0 +1,270 @@
+"""Train a posture policy for ``JetHR1Step-v0`` with PPO, and judge it against GAS and the optimum.
+
+1. PPO of Stable-Baselines3 learns in the batched environment, in a curriculum: at first a violated constraint costs
+   little and exploration is wide, in the end it costs what the environment says and exploration is narrow.
+2. The model that was best on the validation steps is judged on test steps, which training never draws.
+
+    python train.py                                  # the default policy, in minutes on two cores
+    python train.py --seed 3 --output runs/three
+    python train.py --resume runs/three              # go on with a run that was stopped
+    python train.py --physics bullet --start-from runs/three/best/model.zip --steps 50000
+
+The run's folder holds ``run.json`` (settings, versions, revision), ``best/`` and ``checkpoint/`` (``policy.npz`` as
+plain numbers, ``model.zip`` of Stable-Baselines3), ``tensorboard/`` and at the end ``test.json``.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import sys
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from time import perf_counter
+from typing import Any, Literal
+
+import torch
+import tyro
+from rich.console import Console
+from stable_baselines3 import PPO
+from stable_baselines3.common.env_util import make_vec_env
+from stable_baselines3.common.logger import configure
+from stable_baselines3.common.vec_env import VecEnv
+
+import jet_gym  # noqa: F401  registers the environment
+from agents.training.callbacks import MODEL, Curriculum, Validate
+from agents.training.extractor import ScaledObservation, network_of
+from agents.training.run_folder import describe_run, write_json
+from agents.training.scaling import observation_scale
+from agents.training.validation import TEST_SEED, VALIDATION_SEED, Score, StepSet
+from agents.training.vec_env import StepVecEnv
+from jet_gym.envs.registration import ENVIRONMENT_ID
+from jet_gym.errors import JetGymError, SettingsError
+
+console = Console(stderr=True)
+_FIRST_SCALE_SEED = 900_000_000  # of the steps that give the scale of observations; training stays below
+
+
+@dataclass(frozen=True)
+class TrainSettings:
+    """Settings of a training run."""
+
+    seed: int = 0
+    """Seed of everything that is random."""
+    output: Path | None = None
+    """Folder of the run; runs/<date>-seed<seed> where omitted. A folder with a run in it is refused."""
+    resume: Path | None = None
+    """Folder of a run to go on with, with its own settings."""
+    start_from: Path | None = None
+    """A model.zip of an earlier run to start from. Loading it can run code that is in it."""
+    physics: Literal["quasistatic", "bullet"] = "quasistatic"
+    """The model alone, in a batch, or PyBullet's dynamics, to fine-tune in."""
+    steps: int = 6_000_000
+    """Environment steps."""
+    lanes: int = 64
+    """Environments side by side."""
+    rollout: int = 96
+    """Steps of each environment between two updates."""
+    batch_size: int = 2048
+    """States in a gradient step of PPO."""
+    epochs: int = 10
+    """How often PPO goes through a rollout."""
+    learning_rates: tuple[float, float] = (6e-4, 2e-5)
+    """Of PPO at the beginning and at the end; it falls geometrically, as the actions' deviation does."""
+    target_kl: float | None = None
+    """Divergence from the last policy beyond which an update stops early."""
+    gamma: float = 0.95
+    """Discount factor of a swing point."""
+    gae_lambda: float = 0.95
+    """Of generalised advantage estimation."""
+    deviations: tuple[float, float] = (0.135, 0.005)
+    """Standard deviation of the actions at the beginning and at the end, in search ranges; geometric in between."""
+    rise: tuple[float, float] = (0.35, 0.70)
+    """Shares of the training between which the cost of a violation rises from nothing; 0 0 for all at once."""
+    hidden: tuple[int, ...] = (128, 128)
+    """Sizes of the hidden layers, of actor and critic each."""
+    difficulty: float = 1.0
+    """How far the steps may go that training draws, from 0 to 1."""
+    validation_steps: int = 200
+    """Steps on which the best model is chosen."""
+    test_steps: int = 200
+    """Steps on which it is judged at the end."""
+    validate_every: int = 250_000
+    """Environment steps from one validation and checkpoint to the next."""
+    device: str = "cpu"
+    """Where torch computes: cpu, or cuda."""
+    threads: int = 2
+    """Threads of torch."""
+
+    def __post_init__(self) -> None:
+        """Refuse settings outside of what is allowed."""
+        whole = ("lanes", "rollout", "batch_size", "epochs", "validation_steps", "test_steps", "validate_every")
+        for name in (*whole, "steps", "threads"):
+            if getattr(self, name) < 1:
+                raise SettingsError(f"{name} must be 1 or more, not {getattr(self, name)}")
+        for name, value in (
+            ("learning_rates", min(self.learning_rates)),
+            ("target_kl", 1.0 if self.target_kl is None else self.target_kl),
+            ("deviations", min(self.deviations)),
+        ):
+            if not 0.0 < value < math.inf:
+                raise SettingsError(f"{name} must be finite and more than 0, not {value}")
+        if not 0.0 <= self.rise[0] <= self.rise[1] <= 1.0:
+            raise SettingsError(f"rise must be two shares of the training, the first one first, not {self.rise}")
+        for name in ("gamma", "gae_lambda", "difficulty"):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise SettingsError(f"{name} must lie between 0 and 1, not {getattr(self, name)}")
+        if not 0 <= self.seed < 2**31:
+            raise SettingsError(f"seed must be a whole number of 0 or more, not {self.seed}")
+        if not self.hidden or min(self.hidden) < 1:
+            raise SettingsError(f"hidden must be sizes of 1 or more, not {self.hidden}")
+        if self.batch_size > self.lanes * self.rollout:
+            raise SettingsError(f"batch_size must be at most lanes times rollout, {self.lanes * self.rollout}")
+        if self.device.startswith("cuda") and not torch.cuda.is_available():
+            raise SettingsError(f"there is no {self.device} here; use --device cpu")
+
+
+def train(settings: TrainSettings) -> Score:
+    """Train a policy; return its score on the test steps."""
+    folder = settings.resume or settings.output or _new_folder(settings.seed)
+    if settings.resume is not None:
+        settings = _settings_of(folder)
+    elif (folder / "run.json").exists():
+        raise SettingsError(
+            f"there is a run in {folder} already; go on with it by --resume {folder}, or choose another"
+        )
+    torch.set_num_threads(settings.threads)
+    started = perf_counter()
+    with console.status("planning the validation steps with GAS and to the optimum"):
+        validation = StepSet.drawn(settings.validation_steps, VALIDATION_SEED)
+    envs = _environments(settings)
+
+    checkpoint = folder / "checkpoint"
+    if (checkpoint / MODEL).exists():
+        model, about = _go_on(settings, envs, checkpoint)
+        best = float(json.loads((checkpoint / "about.json").read_text())["best_cost"])
+        console.print(f"going on after {model.num_timesteps} steps")
+    else:
+        about, best = describe_run(settings), math.inf
+        folder.mkdir(parents=True, exist_ok=True)
+        write_json(folder / "run.json", about)
+        model = _fresh_model(settings, envs)
+
+    def report(steps: int, score: Score) -> None:
+        console.print(f"{steps:>10,} steps, {perf_counter() - started:5.0f} s: {score}")
+
+    model.set_logger(configure(str(folder / "tensorboard"), ["tensorboard", "csv"]))
+    curriculum = Curriculum(settings.deviations, settings.rise, settings.steps)
+    validate = Validate(validation, folder, settings.validate_every, about, report, best)
+    steps_left = settings.steps - model.num_timesteps
+    if steps_left > 0:
+        try:
+            model.learn(
+                steps_left, [curriculum, validate], reset_num_timesteps=False, progress_bar=console.is_terminal
+            )
+        except KeyboardInterrupt:
+            validate.validate()
+            console.print(f"stopped; go on with: python train.py --resume {folder}")
+            raise
+    envs.close()
+
+    with console.status("judging the best model on the test steps"):
+        test = StepSet.drawn(settings.test_steps, TEST_SEED)
+        trained = PPO.load(folder / "best" / MODEL, device="cpu")
+        network = network_of(trained.policy)
+        score, refined = test.score(network), test.score(network, refine=24)
+    content = {"policy": dataclasses.asdict(score), "policy+refine": dataclasses.asdict(refined)}
+    write_json(folder / "test.json", content | {"steps": settings.test_steps, "seed": TEST_SEED})
+    console.print(f"test, policy:            {score}")
+    console.print(f"test, refined policy:    {refined}")
+    console.print(f"{folder / 'best'} holds the policy")
+    return score
+
+
+def _environments(settings: TrainSettings) -> VecEnv:
+    if settings.physics == "quasistatic":
+        envs: VecEnv = StepVecEnv(settings.lanes, difficulty=settings.difficulty)
+    else:
+        arguments = {"physics": "bullet", "difficulty": settings.difficulty}
+        envs = make_vec_env(f"jet_gym:{ENVIRONMENT_ID}", settings.lanes, env_kwargs=arguments)
+    envs.seed(settings.seed * 1_000_000)
+    return envs
+
+
+def _fresh_model(settings: TrainSettings, envs: VecEnv) -> PPO:
+    """Make a model, or take over what another one learnt."""
+    with console.status("planning some steps with GAS for the scale of what is observed"):
+        center, scale = observation_scale(150, _FIRST_SCALE_SEED)
+    policy: dict[str, Any] = {
+        "net_arch": list(settings.hidden),
+        "log_std_init": math.log(settings.deviations[0]),
+        "features_extractor_class": ScaledObservation,
+        "features_extractor_kwargs": {"center": center, "scale": scale},
+    }
+    model = PPO(
+        "MlpPolicy",
+        envs,
+        n_steps=settings.rollout,
+        batch_size=settings.batch_size,
+        n_epochs=settings.epochs,
+        learning_rate=_Falling(*settings.learning_rates),
+        gamma=settings.gamma,
+        gae_lambda=settings.gae_lambda,
+        target_kl=settings.target_kl,
+        policy_kwargs=policy,
+        seed=settings.seed,
+        device=settings.device,
+    )
+    if settings.start_from is not None:
+        model.set_parameters(str(settings.start_from), device=settings.device)
+    return model
+
+
+def _go_on(settings: TrainSettings, envs: VecEnv, checkpoint: Path) -> tuple[PPO, dict[str, Any]]:
+    """Load the checkpoint of a run; what it saw of its environments is lost, and they begin new episodes."""
+    model = PPO.load(checkpoint / MODEL, envs, device=settings.device)
+    return model, json.loads((checkpoint.parent / "run.json").read_text())
+
+
+class _Falling:
+    """A learning rate that falls geometrically."""
+
+    def __init__(self, first: float, last: float) -> None:
+        self.first, self.last = first, last
+
+    def __call__(self, remaining: float) -> float:
+        """Return the rate when this share of the training remains."""
+        return self.first * (self.last / self.first) ** (1.0 - remaining)
+
+
+def _new_folder(seed: int) -> Path:
+    return Path("runs") / f"{datetime.now():%Y-%m-%d-%H%M%S}-seed{seed}"
+
+
+def _settings_of(folder: Path) -> TrainSettings:
+    """Return the settings of an earlier run."""
+    try:
+        saved = json.loads((folder / "run.json").read_text())["settings"]
+        paths = {name: Path(saved[name]) if saved[name] else None for name in ("output", "resume", "start_from")}
+        pairs = {name: tuple(saved[name]) for name in ("hidden", "learning_rates", "deviations", "rise")}
+        return TrainSettings(**(saved | paths | pairs))
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise SettingsError(f"{folder} holds no run to go on with: {error}") from error
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; return its exit code."""
+    try:
+        train(tyro.cli(TrainSettings, args=arguments, description=__doc__))
+    except JetGymError as error:
+        console.print(f"error: {error}", style="red", soft_wrap=True, highlight=False)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
