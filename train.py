@@ -10,7 +10,8 @@
     python train.py --physics bullet --start-from runs/three/best/model.zip --steps 50000
 
 The run's folder holds ``run.json`` (settings, versions, revision), ``best/`` and ``checkpoint/`` (``policy.npz`` as
-plain numbers, ``model.zip`` of Stable-Baselines3), ``tensorboard/`` and at the end ``test.json``.
+plain numbers, ``model.zip`` of Stable-Baselines3), ``progress.json`` (each validation), ``tensorboard/`` and at the
+end ``test.json``.
 """
 
 from __future__ import annotations
@@ -155,7 +156,7 @@ def train(settings: TrainSettings) -> Score:
     def report(steps: int, score: Score) -> None:
         console.print(f"{steps:>10,} steps, {perf_counter() - started:5.0f} s: {score}")
 
-    model.set_logger(configure(str(folder / "tensorboard"), ["tensorboard", "csv"]))
+    model.set_logger(configure(str(folder / "tensorboard"), ["tensorboard"]))
     curriculum = Curriculum(settings.deviations, settings.rise, settings.steps)
     validate = Validate(validation, folder, settings.validate_every, about, report, best)
     steps_left = settings.steps - model.num_timesteps
@@ -168,6 +169,8 @@ def train(settings: TrainSettings) -> Score:
             validate.validate()
             console.print(f"stopped; go on with: python train.py --resume {folder}")
             raise
+        finally:
+            model.logger.close()
     envs.close()
 
     with console.status("judging the best model on the test steps"):

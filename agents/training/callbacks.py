@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 from collections.abc import Callable
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 from stable_baselines3 import PPO
@@ -94,10 +96,14 @@ class Validate(BaseCallback):
         super().__init__()
         self._steps, self._folder, self._every, self._about, self._report = steps, folder, every, about, report
         self.best = best
-        self._next = 0
+        self._next, self._seconds_before, self._started = 0, 0.0, perf_counter()
 
     def _on_training_start(self) -> None:
         self._next = self.num_timesteps
+        path = self._folder / "progress.json"
+        noted = json.loads(path.read_text())["validations"] if path.exists() else []
+        self._seconds_before = noted[-1]["seconds"] if noted else 0.0
+        self._started = perf_counter()
 
     def _on_rollout_start(self) -> None:
         if isinstance(self.training_env, StepVecEnv):
@@ -124,4 +130,14 @@ class Validate(BaseCallback):
             self.best = score.cost
             save_model(self.model, self._folder / "best", about)
         save_model(self.model, self._folder / "checkpoint", about | {"best_cost": self.best})
+        self._note(score)
         self._report(self.num_timesteps, score)
+
+    def _note(self, score: Score) -> None:
+        """Add a score to the run's progress; of a run that is resumed, what came after its checkpoint is dropped."""
+        path = self._folder / "progress.json"
+        noted = json.loads(path.read_text())["validations"] if path.exists() else []
+        noted = [row for row in noted if row["steps"] < self.num_timesteps]
+        seconds = self._seconds_before + perf_counter() - self._started
+        noted.append({"steps": self.num_timesteps, "seconds": round(seconds, 1)} | dataclasses.asdict(score))
+        write_json(path, {"validations": noted})

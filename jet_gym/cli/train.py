@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import runpy
+import importlib.util
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import click
 
@@ -22,13 +23,22 @@ _PLACES = (_PACKAGE.parent / "train.py", _PACKAGE / "data" / "train.py")  # in t
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
 def train_command(arguments: tuple[str, ...]) -> int:
     """Train a posture policy; the same as python train.py, whose --help has the options."""
-    script = next(place for place in _PLACES if place.exists())
     try:
-        main = runpy.run_path(str(script))["main"]
+        script = _load(next(place for place in _PLACES if place.exists()))
     except ImportError as error:
         raise JetGymError(
             f"training needs {error.name}: pip install torch==2.13.0, and then 'jet-gym[train]'"
         ) from error
     sys.argv = [f"jet-gym {sys.argv[1]}" if len(sys.argv) > 1 else "jet-gym train", *arguments]
-    code: int = main(list(arguments))
+    code: int = script.main(list(arguments))
     return code
+
+
+def _load(path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location("train", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["train"] = module  # where its annotations are looked up
+    spec.loader.exec_module(module)
+    return module
