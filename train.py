@@ -1,8 +1,8 @@
 """Train a posture policy for ``JetHR1Step-v0`` with PPO, and judge it against GAS and the optimum.
 
-1. PPO of Stable-Baselines3 learns in the batched environment, in a curriculum: at first a violated constraint costs
-   little and exploration is wide, in the end it costs what the environment says and exploration is narrow.
-2. The model that was best on the validation steps is judged on test steps, which training never draws.
+1. A careful expert, the optimal planner stopped early, is imitated on the states that the policy gets into.
+2. PPO of Stable-Baselines3 goes on from there in the batched environment, with ever less exploration.
+3. The model that was best on the validation steps is judged on test steps, which training never draws.
 
     python train.py                                  # the default policy, in minutes on two cores
     python train.py --seed 3 --output runs/three
@@ -20,7 +20,7 @@ import dataclasses
 import json
 import math
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from time import perf_counter
@@ -29,6 +29,7 @@ from typing import Any, Literal
 import torch
 import tyro
 from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from stable_baselines3 import PPO
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.logger import configure
@@ -37,6 +38,7 @@ from stable_baselines3.common.vec_env import VecEnv
 import jet_gym  # noqa: F401  registers the environment
 from agents.training.callbacks import MODEL, Curriculum, Validate
 from agents.training.extractor import ScaledObservation, network_of
+from agents.training.imitation import Imitation, ImitationSettings
 from agents.training.run_folder import describe_run, write_json
 from agents.training.scaling import observation_scale
 from agents.training.validation import TEST_SEED, VALIDATION_SEED, Score, StepSet
@@ -46,6 +48,7 @@ from jet_gym.errors import JetGymError, SettingsError
 
 console = Console(stderr=True)
 _FIRST_SCALE_SEED = 900_000_000  # of the steps that give the scale of observations; training stays below
+_FIRST_IMITATION_SEED = 10_000_000  # of the steps that the expert plans
 
 
 @dataclass(frozen=True)
@@ -59,11 +62,11 @@ class TrainSettings:
     resume: Path | None = None
     """Folder of a run to go on with, with its own settings."""
     start_from: Path | None = None
-    """A model.zip of an earlier run to start from. Loading it can run code that is in it."""
+    """A model.zip of an earlier run to start from, in place of imitation. Loading it can run code that is in it."""
     physics: Literal["quasistatic", "bullet"] = "quasistatic"
     """The model alone, in a batch, or PyBullet's dynamics, to fine-tune in."""
-    steps: int = 6_000_000
-    """Environment steps."""
+    steps: int = 4_000_000
+    """Environment steps of PPO."""
     lanes: int = 64
     """Environments side by side."""
     rollout: int = 96
@@ -72,20 +75,24 @@ class TrainSettings:
     """States in a gradient step of PPO."""
     epochs: int = 10
     """How often PPO goes through a rollout."""
-    learning_rates: tuple[float, float] = (6e-4, 2e-5)
+    learning_rates: tuple[float, float] = (1e-4, 1e-5)
     """Of PPO at the beginning and at the end; it falls geometrically, as the actions' deviation does."""
-    target_kl: float | None = None
+    target_kl: float | None = 0.03
     """Divergence from the last policy beyond which an update stops early."""
     gamma: float = 0.95
     """Discount factor of a swing point."""
     gae_lambda: float = 0.95
     """Of generalised advantage estimation."""
-    deviations: tuple[float, float] = (0.135, 0.005)
+    deviations: tuple[float, float] = (0.015, 0.003)
     """Standard deviation of the actions at the beginning and at the end, in search ranges; geometric in between."""
-    rise: tuple[float, float] = (0.35, 0.70)
+    rise: tuple[float, float] = (0.0, 0.0)
     """Shares of the training between which the cost of a violation rises from nothing; 0 0 for all at once."""
+    critic_steps: int = 120_000
+    """Environment steps at first in which the critic learns and the actor stays as it is."""
     hidden: tuple[int, ...] = (128, 128)
     """Sizes of the hidden layers, of actor and critic each."""
+    imitation: ImitationSettings = field(default_factory=ImitationSettings)
+    """The warm start; --imitation.rounds 0 leaves it out."""
     difficulty: float = 1.0
     """How far the steps may go that training draws, from 0 to 1."""
     validation_steps: int = 200
@@ -152,12 +159,15 @@ def train(settings: TrainSettings) -> Score:
         folder.mkdir(parents=True, exist_ok=True)
         write_json(folder / "run.json", about)
         model = _fresh_model(settings, envs)
+        if settings.imitation.rounds > 0 and settings.start_from is None:
+            _imitate(model, settings)
+            console.print(f"after imitation: {validation.score(network_of(model.policy))}")
 
     def report(steps: int, score: Score) -> None:
         console.print(f"{steps:>10,} steps, {perf_counter() - started:5.0f} s: {score}")
 
     model.set_logger(configure(str(folder / "tensorboard"), ["tensorboard"]))
-    curriculum = Curriculum(settings.deviations, settings.rise, settings.steps)
+    curriculum = Curriculum(settings.deviations, settings.rise, settings.steps, settings.critic_steps)
     validate = Validate(validation, folder, settings.validate_every, about, report, best)
     steps_left = settings.steps - model.num_timesteps
     if steps_left > 0:
@@ -173,17 +183,7 @@ def train(settings: TrainSettings) -> Score:
             model.logger.close()
     envs.close()
 
-    with console.status("judging the best model on the test steps"):
-        test = StepSet.drawn(settings.test_steps, TEST_SEED)
-        trained = PPO.load(folder / "best" / MODEL, device="cpu")
-        network = network_of(trained.policy)
-        score, refined = test.score(network), test.score(network, refine=24)
-    content = {"policy": dataclasses.asdict(score), "policy+refine": dataclasses.asdict(refined)}
-    write_json(folder / "test.json", content | {"steps": settings.test_steps, "seed": TEST_SEED})
-    console.print(f"test, policy:            {score}")
-    console.print(f"test, refined policy:    {refined}")
-    console.print(f"{folder / 'best'} holds the policy")
-    return score
+    return _judge(folder, settings)
 
 
 def _environments(settings: TrainSettings) -> VecEnv:
@@ -225,10 +225,39 @@ def _fresh_model(settings: TrainSettings, envs: VecEnv) -> PPO:
     return model
 
 
+def _imitate(model: PPO, settings: TrainSettings) -> None:
+    imitation = Imitation(
+        model.policy,
+        settings.imitation,
+        settings.seed,
+        settings.seed * 100_000 + _FIRST_IMITATION_SEED,
+        settings.difficulty,
+    )
+    columns = (TextColumn("imitating the expert"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, TextColumn("{task.fields[error]}"), console=console) as bar:
+        task = bar.add_task("imitation", total=settings.imitation.rounds, error="")
+        imitation.run(lambda done, error: bar.update(task, completed=done, error=f"error {error:.2f} mm"))
+
+
 def _go_on(settings: TrainSettings, envs: VecEnv, checkpoint: Path) -> tuple[PPO, dict[str, Any]]:
     """Load the checkpoint of a run; what it saw of its environments is lost, and they begin new episodes."""
     model = PPO.load(checkpoint / MODEL, envs, device=settings.device)
     return model, json.loads((checkpoint.parent / "run.json").read_text())
+
+
+def _judge(folder: Path, settings: TrainSettings) -> Score:
+    """Judge the best model of a run on the test steps; return its score."""
+    with console.status("judging the best model on the test steps"):
+        test = StepSet.drawn(settings.test_steps, TEST_SEED)
+        trained = PPO.load(folder / "best" / MODEL, device="cpu")
+        network = network_of(trained.policy)
+        score, refined = test.score(network), test.score(network, refine=24)
+    content = {"policy": dataclasses.asdict(score), "policy+refine": dataclasses.asdict(refined)}
+    write_json(folder / "test.json", content | {"steps": settings.test_steps, "seed": TEST_SEED})
+    console.print(f"test, policy:            {score}")
+    console.print(f"test, refined policy:    {refined}")
+    console.print(f"{folder / 'best'} holds the policy")
+    return score
 
 
 class _Falling:
@@ -251,8 +280,9 @@ def _settings_of(folder: Path) -> TrainSettings:
     try:
         saved = json.loads((folder / "run.json").read_text())["settings"]
         paths = {name: Path(saved[name]) if saved[name] else None for name in ("output", "resume", "start_from")}
+        imitation = ImitationSettings(**saved.pop("imitation"))
         pairs = {name: tuple(saved[name]) for name in ("hidden", "learning_rates", "deviations", "rise")}
-        return TrainSettings(**(saved | paths | pairs))
+        return TrainSettings(**(saved | paths | pairs), imitation=imitation)
     except (OSError, KeyError, TypeError, ValueError) as error:
         raise SettingsError(f"{folder} holds no run to go on with: {error}") from error
 

@@ -21,12 +21,14 @@ from agents import make_planner
 from agents.policy import load_policy
 from agents.training.callbacks import Curriculum
 from agents.training.extractor import network_of
+from agents.training.imitation import Imitation, ImitationSettings, expert_path
 from agents.training.scaling import observation_scale
 from agents.training.validation import TEST_SEED, VALIDATION_SEED, StepSet, drawn_steps
 from agents.training.vec_env import StepVecEnv
 from jet_gym.cli import cli
 from jet_gym.envs.jet_hr1_step import JetHR1StepEnv
 from jet_gym.errors import SettingsError
+from jet_gym.plan import Plan
 
 ROOT = Path(__file__).resolve().parents[1]
 TINY = [
@@ -40,6 +42,16 @@ TINY = [
     "64",
     "--epochs",
     "2",
+    "--imitation.rounds",
+    "2",
+    "--imitation.first-steps",
+    "8",
+    "--imitation.steps-per-round",
+    "2",
+    "--imitation.episodes",
+    "8",
+    "--critic-steps",
+    "256",
     "--validate-every",
     "256",
     "--validation-steps",
@@ -147,6 +159,29 @@ def test_the_curriculum_raises_the_cost_of_violations_and_narrows_exploration() 
     assert deviations[0] == pytest.approx(0.1)
     assert deviations == sorted(deviations, reverse=True)
     assert deviations[-1] < 0.0016
+
+
+def test_the_expert_keeps_room_to_every_constraint() -> None:
+    checked = 0
+    for step in drawn_steps(6, 500):
+        path = expert_path(step, 6.0)
+        if path is None:
+            continue
+        checked += 1
+        careful = Plan.from_pelvis_path(step, path, planner="expert")
+        assert not careful.violated_points
+        wobbly = path + 1e-4 * np.random.default_rng(0).uniform(-1.0, 1.0, path.shape)
+        assert not Plan.from_pelvis_path(step, wobbly, planner="expert").violated_points
+    assert checked >= 4
+
+
+def test_imitation_brings_the_policy_near_the_expert() -> None:
+    envs = StepVecEnv(4)
+    model = PPO("MlpPolicy", envs, policy_kwargs=_policy(envs), seed=0)
+    settings = ImitationSettings(rounds=12, first_steps=40, steps_per_round=0, episodes=40)
+    imitation, errors = Imitation(model.policy, settings, 0, 100), []
+    imitation.run(lambda _, error: errors.append(error))
+    assert errors[-1] < 0.6 * errors[0]
 
 
 def _policy(envs: StepVecEnv) -> dict[str, Any]:

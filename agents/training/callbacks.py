@@ -40,7 +40,8 @@ class Curriculum(BaseCallback):
     At first a violated constraint costs only what it is violated by, so that the policy finds where the paths of
     least thrust run, which lie on the constraints; were the violation itself dear from the beginning, noisy actions
     would teach it to keep far away from them. Then the cost rises to that of the environment while the noise
-    falls, and the policy moves to the inside by as little as its remaining noise asks for.
+    falls, and the policy moves to the inside by as little as its remaining noise asks for. A policy that has
+    imitated begins inside, and needs no such rise; there the critic learns first, before the actor moves.
 
     Args:
         deviations: Standard deviation of the actions at the beginning and at the end [search range]; it falls
@@ -48,11 +49,14 @@ class Curriculum(BaseCallback):
         rise: Shares of the training at which the cost of a violation begins to rise from nothing, and at which it
             has risen; both 0 to leave it as it is.
         steps: Environment steps of the training.
+        critic_steps: Environment steps at first in which the actor stays as it is.
     """
 
-    def __init__(self, deviations: tuple[float, float], rise: tuple[float, float], steps: int) -> None:
+    def __init__(
+        self, deviations: tuple[float, float], rise: tuple[float, float], steps: int, critic_steps: int = 0
+    ) -> None:
         super().__init__()
-        self._deviations, self._rise, self._steps = deviations, rise, steps
+        self._deviations, self._rise, self._steps, self._critic_steps = deviations, rise, steps, critic_steps
 
     def _on_rollout_start(self) -> None:
         policy: Any = self.model.policy
@@ -62,6 +66,8 @@ class Curriculum(BaseCallback):
         policy.log_std.requires_grad_(False)
         policy.log_std.data.fill_(math.log(deviation))
         self.logger.record("train/deviation", deviation)
+        for module in (policy.mlp_extractor.policy_net, policy.action_net):
+            module.requires_grad_(self.num_timesteps >= self._critic_steps)
         begin, end = self._rise
         if end > 0.0:
             risen = min(max((share - begin) / max(end - begin, 1e-9), 0.0), 1.0)
@@ -134,7 +140,7 @@ class Validate(BaseCallback):
         self._report(self.num_timesteps, score)
 
     def _note(self, score: Score) -> None:
-        """Add a score to the run's progress; of a run that is resumed, what came after its checkpoint is dropped."""
+        """Add a score to the run's progress, in place of what a run that is resumed noted after its checkpoint."""
         path = self._folder / "progress.json"
         noted = json.loads(path.read_text())["validations"] if path.exists() else []
         noted = [row for row in noted if row["steps"] < self.num_timesteps]
