@@ -20,6 +20,7 @@ class Player:
     def __init__(self, advance: Callable[[float], None], name: str) -> None:
         self._advance = advance
         self._changed = threading.Condition()
+        self._advancing = threading.Lock()
         self._playing = False
         self._closed = False
         self.speed = 1.0
@@ -28,7 +29,7 @@ class Player:
 
     @property
     def playing(self) -> bool:
-        """Whether time passes."""
+        """Whether time passes; once set to false, no call of ``advance`` is under way any more."""
         return self._playing
 
     @playing.setter
@@ -36,6 +37,9 @@ class Player:
         with self._changed:
             self._playing = playing
             self._changed.notify_all()
+        if not playing and threading.current_thread() is not self._thread:
+            with self._advancing:
+                return
 
     @property
     def alive(self) -> bool:
@@ -59,6 +63,8 @@ class Player:
                     self._changed.wait(TICK)
                 if self._closed:
                     return
-            now = monotonic()
-            self._advance(self.speed * (now - last))
-            last = now
+            with self._advancing:
+                if self._playing:
+                    now = monotonic()
+                    self._advance(self.speed * (now - last))
+                    last = now
