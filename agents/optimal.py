@@ -37,7 +37,7 @@ from agents.lattice import (
     trace_back,
 )
 from agents.planner import Planner, Progress, check_seed
-from jet_gym.errors import SettingsError, require_number
+from jet_gym.errors import SettingsError, require_within
 from jet_gym.plan import Plan
 from jet_gym.robot import Leg
 from jet_gym.step import Step
@@ -76,9 +76,7 @@ class OptimalSettings:
     def __post_init__(self) -> None:
         """Refuse settings outside of what is allowed."""
         for name in ("spacing", "tolerance", "last_mu", "zmp_penalty"):
-            require_number(name, getattr(self, name))
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise SettingsError(f"{name} must be a finite number of more than 0, not {getattr(self, name)}")
+            require_within(name, getattr(self, name), above=True)
         for name in ("refinements", "tube", "rounds"):
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, int) or value < 1:
@@ -104,9 +102,7 @@ class OptimalPlanner(Planner):
     def __post_init__(self) -> None:
         """Refuse ranges outside of what is allowed."""
         for name in ("first_range", "search_range"):
-            require_number(name, getattr(self, name))
-            if not 1e-4 <= getattr(self, name) < math.inf:
-                raise SettingsError(f"{name} must be 1e-4 m or more, not {getattr(self, name)}")
+            require_within(name, getattr(self, name), 1e-4)
 
     def plan(self, step: Step, seed: int = 0, progress: Progress | None = None) -> Plan:
         """Plan a step; see :meth:`Planner.plan`.

@@ -9,14 +9,13 @@ to sweep; its directions are random, drawn once, because constraints meet in edg
 from __future__ import annotations
 
 import functools
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from agents.lattice import FAR, SearchModel, SwingPoints, exact_costs, stance_at
 from jet_gym.compilation import entry_point
-from jet_gym.errors import SettingsError, require_number
+from jet_gym.errors import SettingsError, require_within
 from jet_gym.posture_state import posture_at
 from jet_gym.urdf import Array
 
@@ -46,9 +45,7 @@ class RefinementSettings:
             if isinstance(value, bool) or not isinstance(value, int) or value < least:
                 raise SettingsError(f"{name} must be a whole number of {least} or more, not {value!r}")
         for name in ("widest", "narrowest"):
-            require_number(name, getattr(self, name))
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise SettingsError(f"{name} must be a finite number of more than 0, not {getattr(self, name)}")
+            require_within(name, getattr(self, name), above=True)
 
     @property
     def displacements(self) -> Array:

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from jet_gym.balance import BalanceSettings
 from jet_gym.balance_exhaustion import NEVER, explore_columns
-from jet_gym.errors import SettingsError, require_number
+from jet_gym.errors import require_within
 from jet_gym.files import write_whole_with
 from jet_gym.posture import swing_and_support
 from jet_gym.robot import Robot, Side, Six, Vector, jet_hr1
@@ -191,9 +191,7 @@ def compute_balance_space(
         SettingsError: A ``ValueError``, if a number is outside of what is allowed.
     """
     _check_resolution(resolution)
-    require_number("lowest", lowest)
-    if not -2.0 <= lowest <= 2.0:
-        raise SettingsError(f"lowest must lie between -2 and 2 m, not {lowest}")
+    require_within("lowest", lowest, -2.0, 2.0)
     robot = robot or jet_hr1()
     settings = settings or BalanceSettings()
     balance = settings.parameters(robot)
@@ -265,9 +263,7 @@ def least_thrust_of_step(
 
 
 def _check_resolution(resolution: float) -> None:
-    require_number("resolution", resolution)
-    if not FINEST <= resolution <= COARSEST:
-        raise SettingsError(f"resolution must lie between {FINEST} and {COARSEST} m, not {resolution}")
+    require_within("resolution", resolution, FINEST, COARSEST)
 
 
 def _efforts(robot: Robot, swing: Side) -> tuple[Six, Six]:

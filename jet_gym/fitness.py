@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
 from typing import NamedTuple
 
@@ -11,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, THRUST
-from jet_gym.errors import SettingsError, require_number
+from jet_gym.errors import require_within
 from jet_gym.urdf import Array
 
 
@@ -37,10 +36,7 @@ class FitnessSettings:
     def __post_init__(self) -> None:
         """Refuse settings outside of what is allowed."""
         for name in (field.name for field in fields(self)):
-            value = getattr(self, name)
-            require_number(name, value)
-            if not 0.0 <= value < math.inf:
-                raise SettingsError(f"{name} must be a finite number of 0 or more, not {value}")
+            require_within(name, getattr(self, name))
 
     def parameters(self) -> FitnessParameters:
         """Return the numbers for compiled code."""

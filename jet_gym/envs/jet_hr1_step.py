@@ -17,7 +17,7 @@ from jet_gym.envs.model import RewardForm, TaskModel
 from jet_gym.envs.physics import BulletPhysics
 from jet_gym.envs.picture import Picture, Scene
 from jet_gym.envs.transition import Transition
-from jet_gym.errors import SettingsError, require_number
+from jet_gym.errors import SettingsError, require_within
 from jet_gym.simulation.disturbances import DisturbanceRanges
 from jet_gym.step import Step
 from jet_gym.urdf import Array
@@ -201,9 +201,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
             raise SettingsError(f"physics must be 'bullet' or 'quasistatic', not {physics!r}")
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise SettingsError(f"render_mode must be None, 'human' or 'rgb_array', not {render_mode!r}")
-        require_number("time_per_point", time_per_point)
-        if not 0.0 < time_per_point < float("inf"):
-            raise SettingsError(f"time_per_point must be more than 0 s, not {time_per_point}")
+        require_within("time_per_point", time_per_point, above=True)
         if disturbances is not None and (physics != "bullet" or not isinstance(disturbances, DisturbanceRanges)):
             raise SettingsError(
                 "disturbances must be a jet_gym.simulation.DisturbanceRanges, and need bullet physics"

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from jet_gym.errors import SettingsError, require_number
+from jet_gym.errors import require_within
 
 REWARD_TERMS = (
     "thrust",
@@ -54,18 +53,11 @@ class TaskSettings:
 
     def __post_init__(self) -> None:
         """Refuse settings outside of what is allowed."""
-        for field in dataclasses.fields(self):
-            require_number(field.name, getattr(self, field.name))
         for name in ("first_range", "later_range", "reach_scale", "angle_scale", "edge_scale", "zmp_scale"):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise SettingsError(f"{name} must be a finite number of more than 0, not {getattr(self, name)}")
-        if not 0.0 <= self.violation_cost <= self.largest_cost < math.inf:
-            raise SettingsError(
-                f"violation_cost must lie between 0 and largest_cost of {self.largest_cost}, "
-                f"not {self.violation_cost}"
-            )
-        if not 0.0 <= self.difficulty <= 1.0:
-            raise SettingsError(f"difficulty must lie between 0 and 1, not {self.difficulty}")
+            require_within(name, getattr(self, name), above=True)
+        require_within("largest_cost", self.largest_cost)
+        require_within("violation_cost", self.violation_cost, 0.0, self.largest_cost)
+        require_within("difficulty", self.difficulty, 0.0, 1.0)
 
     def parameters(self) -> TaskParameters:
         """Return the numbers for compiled code."""

@@ -18,7 +18,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jet_gym.errors import SettingsError, StepError, require_number
+from jet_gym.errors import StepError, require_within
 from jet_gym.plan import Plan
 from jet_gym.robot import SIDES, Robot, Side
 from jet_gym.simulation.double_support import (
@@ -68,11 +68,8 @@ class CourseSettings:
             SettingsError: A ``ValueError`` that names the setting and what it may be.
         """
         for field in dataclasses.fields(self):
-            value = getattr(self, field.name)
-            require_number(field.name, value)
             most = 1.0 if field.name == "speed_share" else 1e3
-            if not 0.0 < value <= most:
-                raise SettingsError(f"{field.name} must be more than 0 and at most {most:g}, not {value}")
+            require_within(field.name, getattr(self, field.name), 0.0, most, above=True)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jet_gym.errors import SettingsError, require_number
+from jet_gym.errors import SettingsError, require_number, require_within
 from jet_gym.robot import Vector
 
 LINKS = 13  # pelvis, then the six links of the left and of the right leg, from hip yaw to foot
@@ -111,12 +111,8 @@ class DisturbanceRanges:
             if field.name in ("friction", "contact_stiffness", "imu_noise", "imu_delay", "fan_lag", "push_impulse"):
                 self._refuse_bad_range(field.name, value)
             elif field.name != "pushes":
-                require_number(field.name, value)
                 most = 0.5 if field.name in ("mass", "thrust_gain") else 1.0
-                if not 0.0 <= value <= most:
-                    raise SettingsError(f"{field.name} must lie between 0 and {most}, not {value}")
-        if self.push_duration <= 0.0:
-            raise SettingsError(f"push_duration must be more than 0, not {self.push_duration}")
+                require_within(field.name, value, 0.0, most, above=field.name == "push_duration")
 
     def scaled(self, factor: float) -> DisturbanceRanges:
         """Return ranges that reach further from the model by a factor.
@@ -127,9 +123,7 @@ class DisturbanceRanges:
         Raises:
             SettingsError: If what comes of it is outside of what is allowed.
         """
-        require_number("factor", factor)
-        if not 0.0 <= factor <= 100.0:
-            raise SettingsError(f"factor must lie between 0 and 100, not {factor}")
+        require_within("factor", factor, 0.0, 100.0)
         model = {"friction": 0.8, "imu_noise": 1.0, "fan_lag": 0.15}
         changed: dict[str, Any] = {}
         for name in ("mass", "pelvis_com", "thrust_gain", "block_height"):

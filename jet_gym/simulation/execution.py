@@ -10,7 +10,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from jet_gym.errors import SettingsError, require_number
+from jet_gym.errors import SettingsError, require_within
 from jet_gym.plan import Plan
 from jet_gym.robot import Side
 from jet_gym.simulation.course import Course, CourseSettings, Phase, make_course
@@ -64,11 +64,7 @@ class ExecutionSettings:
         if self.thrust not in get_args(ThrustControl):
             raise SettingsError(f"thrust must be 'feedforward' or 'pid', not {self.thrust!r}")
         for name in ("fan_power", "carrying_share", "lift_off_share", "airborne_share", "patience"):
-            value = getattr(self, name)
-            require_number(name, value)
-            most = math.inf if name == "patience" else 1.0
-            if not 0.0 <= value <= most or value == math.inf:
-                raise SettingsError(f"{name} must lie between 0 and {most:g}, not {value}")
+            require_within(name, getattr(self, name), most=math.inf if name == "patience" else 1.0)
 
 
 def execute(

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.errors import SettingsError, require_number
+from jet_gym.errors import SettingsError, require_within
 from jet_gym.files import check_writable, write_whole_with
 from jet_gym.simulation.body import Pose
 from jet_gym.simulation.history import Execution
@@ -53,9 +53,7 @@ class FilmSettings:
             if isinstance(value, bool) or not isinstance(value, int) or not 64 <= value <= 4096 or value % 2:
                 raise SettingsError(f"{name} must be an even whole number from 64 to 4096, not {value!r}")
         for name, most in (("frames_per_second", 120.0), ("speed", 100.0)):
-            require_number(name, getattr(self, name))
-            if not 0.01 <= getattr(self, name) <= most:
-                raise SettingsError(f"{name} must lie between 0.01 and {most:g}, not {getattr(self, name)}")
+            require_within(name, getattr(self, name), 0.01, most)
 
 
 def film(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jet_gym.errors import SettingsError, require_number
+from jet_gym.errors import require_within
 from jet_gym.urdf import Array
 
 
@@ -40,11 +40,7 @@ class ImuSettings:
             SettingsError: A ``ValueError`` that names the setting and what it may be.
         """
         for field in dataclasses.fields(self):
-            value = getattr(self, field.name)
-            require_number(field.name, value)
-            least = 1.0 if field.name == "rate" else 0.0
-            if not least <= value < math.inf:
-                raise SettingsError(f"{field.name} must be finite and at least {least:g}, not {value}")
+            require_within(field.name, getattr(self, field.name), 1.0 if field.name == "rate" else 0.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 
 from jet_gym.balance import GRAVITY
-from jet_gym.errors import SettingsError
+from jet_gym.errors import SettingsError, require_within
 
 _MAY_BE_ZERO = {
     "sole_friction",
@@ -83,14 +83,10 @@ class SimulationSettings:
         """
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
-            whole = field.name in _WHOLE
-            if isinstance(value, bool) or not isinstance(value, int if whole else int | float):
-                raise SettingsError(f"{field.name} must be a {'whole ' * whole}number, not {value!r}")
-            if not math.isfinite(value) or value < 0.0 or (value == 0.0 and field.name not in _MAY_BE_ZERO):
-                least = "0 or more" if field.name in _MAY_BE_ZERO else "more than 0"
-                raise SettingsError(f"{field.name} must be finite and {least}, not {value}")
-            if field.name in _AT_MOST_ONE and value > 1.0:
-                raise SettingsError(f"{field.name} must be at most 1, not {value}")
+            if field.name in _WHOLE and (isinstance(value, bool) or not isinstance(value, int)):
+                raise SettingsError(f"{field.name} must be a whole number, not {value!r}")
+            most = 1.0 if field.name in _AT_MOST_ONE else math.inf
+            require_within(field.name, value, 0.0, most, above=field.name not in _MAY_BE_ZERO)
 
     @property
     def time_step(self) -> float:

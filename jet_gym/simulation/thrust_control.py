@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jet_gym.errors import SettingsError, require_number
+from jet_gym.errors import require_within
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.robot import SIDES, Fan, Side
 from jet_gym.simulation.body import RobotBody
@@ -60,10 +60,7 @@ class PidSettings:
             SettingsError: A ``ValueError`` that names the setting and what it may be.
         """
         for field in dataclasses.fields(self):
-            value = getattr(self, field.name)
-            require_number(field.name, value)
-            if not 0.0 <= value < math.inf:
-                raise SettingsError(f"{field.name} must be finite and 0 or more, not {value}")
+            require_within(field.name, getattr(self, field.name))
 
 
 class Pid:
