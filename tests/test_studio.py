@@ -21,10 +21,11 @@ import pytest
 from PIL import Image
 
 from agents import make_planner
+from agents.policy import SHIPPED_POLICY
 from jet_gym.balance import BalanceSettings
 from jet_gym.balance_space import compute_balance_space
 from jet_gym.cli import run
-from jet_gym.errors import StepError
+from jet_gym.errors import PolicyFileError, StepError
 from jet_gym.fitness import FitnessSettings
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.plan import Plan
@@ -37,6 +38,7 @@ from jet_gym.studio.errors import PortInUseError
 from jet_gym.studio.ground_view import meet_horizontal_plane
 from jet_gym.studio.inputs import FEET, Inputs
 from jet_gym.studio.motion import Motion
+from jet_gym.studio.own_models import read_model, try_out
 from jet_gym.studio.panel import mirrored
 from jet_gym.studio.physics import Physics
 from jet_gym.studio.player import Player
@@ -139,13 +141,19 @@ def test_worker_drops_what_waits_and_makes_stale_what_it_does() -> None:
 
 def test_patient_worker_waits_until_no_newer_job_comes() -> None:
     done: list[int] = []
-    worker = LatestWorker(lambda job, _: done.append(job), "test", patience=0.3)
+    begun: list[float] = []
+    patience = 0.3
+    worker = LatestWorker(lambda job, _: (done.append(job), begun.append(time.monotonic())), "test", patience)
+    before, after = [], []  # each job's submission
     for job in range(5):
+        before.append(time.monotonic())
         worker.submit(job)
-        time.sleep(0.02)
-    assert done == []
-    assert worker.wait_until_idle(10.0)
-    assert done == [4]
+        after.append(time.monotonic())
+    assert worker.wait_until_idle(60.0)
+    assert done[-1] == 4
+    assert begun[-1] >= before[-1] + patience
+    overtaken = {job for job in range(4) if after[job + 1] - before[job] < patience}
+    assert not overtaken & set(done)
     worker.close()
 
 
@@ -168,14 +176,120 @@ def test_player_passes_the_time_of_the_clock_and_stops() -> None:
     player.speed = 2.0
     started = time.monotonic()
     player.playing = True
-    time.sleep(0.3)
+    deadline = started + 60.0
+    while len(passed) < 3:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
     player.playing = False
-    time.sleep(0.1)
-    assert 0.0 < sum(passed) <= 2.0 * (time.monotonic() - started)
     count = len(passed)
+    assert 0.0 < sum(passed) <= 2.0 * (time.monotonic() - started)
     time.sleep(0.1)
     assert len(passed) == count
     player.close()
+
+
+def test_player_is_paused_only_when_nothing_is_on_its_way_any_more() -> None:
+    advancing, go_on, paused = threading.Event(), threading.Event(), threading.Event()
+    player = Player(lambda _: (advancing.set(), go_on.wait(60.0)), "test")
+    player.playing = True
+    assert advancing.wait(60.0)
+
+    def pause() -> None:
+        player.playing = False
+        paused.set()
+
+    threading.Thread(target=pause, daemon=True).start()
+    assert not paused.wait(0.2)
+    go_on.set()
+    assert paused.wait(60.0)
+    player.close()
+
+
+def test_player_can_be_paused_by_what_it_calls() -> None:
+    calls: list[float] = []
+    paused = threading.Event()
+
+    def advance(elapsed: float) -> None:
+        calls.append(elapsed)
+        player.playing = False
+        paused.set()
+
+    player = Player(advance, "test")
+    player.playing = True
+    assert paused.wait(60.0)
+    player.playing = False  # from outside: waits until that call has returned
+    assert len(calls) == 1
+    player.close()
+
+
+# ---- a policy of the user's own
+
+
+def policy_file(name: str) -> bytes:
+    return SHIPPED_POLICY.with_name(name).read_bytes()
+
+
+def test_own_policy_plans_as_the_package_does_with_it_under_its_own_name() -> None:
+    inputs = replace(SIDE, models=(read_model("mine.npz", policy_file("policy.npz"), trust=False),))
+    assert inputs.planners[-2:] == ("mine.npz", "mine.npz+refine")
+    for own, shipped in (("mine.npz", "policy"), ("mine.npz+refine", "policy+refine")):
+        plan, same = planning.plan_with(own, inputs, never), planning.plan_with(shipped, inputs, never)
+        assert plan is not None
+        assert same is not None
+        np.testing.assert_array_equal(plan.pelvis, same.pelvis)
+        assert plan.planner == own
+        assert f">{own}</td>" in comparison_table([plan])
+
+
+def test_own_policy_of_the_same_name_takes_the_place_of_the_old_one() -> None:
+    first, second = (read_model("mine.npz", policy_file("policy.npz"), trust=False) for _ in range(2))
+    inputs = SIDE.with_model(first).with_model(second)
+    assert inputs.models == (second,)
+    assert inputs.planner == "mine.npz"
+
+
+def test_trusted_zip_is_loaded() -> None:
+    pytest.importorskip("stable_baselines3")
+    plain = read_model("mine.npz", policy_file("policy.npz"), trust=False).network
+    network = read_model("model.zip", policy_file("model.zip"), trust=True).network
+    middle = np.zeros((1, len(plain.center)), dtype=np.float32)
+    np.testing.assert_allclose(network.act(middle), plain.act(middle), atol=1e-5)
+
+
+def damaged_policy() -> bytes:
+    """A file whose numbers are not those that it was hashed with."""
+    with np.load(SHIPPED_POLICY) as file:
+        content = {name: file[name] for name in file.files}
+    content["biases_0"] = content["biases_0"] + 1.0
+    written = io.BytesIO()
+    np.savez(written, **content)
+    return written.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("mine.npz", b"nothing", "mine.npz is not a policy"),
+        ("mine.npz", damaged_policy(), "mine.npz is damaged"),
+        ("mine.txt", b"", "must end in .npz or .zip"),
+        ("mine.zip", b"", "tick that you trust it"),
+    ],
+)
+def test_file_that_is_no_policy_is_refused_by_its_own_name(name: str, content: bytes, words: str) -> None:
+    with pytest.raises(PolicyFileError, match=words) as error:
+        read_model(name, content, trust=False)
+    assert "tmp" not in str(error.value)
+
+
+def test_network_of_another_shape_is_refused_before_anybody_plans_with_it() -> None:
+    network = read_model("mine.npz", policy_file("policy.npz"), trust=False).network
+    (first, *others) = network.layers
+    bent = replace(network, layers=((first[0][:, 1:], first[1]), *others))
+    with pytest.raises(PolicyFileError, match=r"mine\.zip does not take the observations"):
+        try_out("mine.zip", bent)
+    blind = replace(network, center=np.full_like(network.center, np.nan))
+    with pytest.raises(PolicyFileError, match=r"mine\.zip does not make the actions"):
+        try_out("mine.zip", blind)
 
 
 # ---- what is planned and said

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import gc
 import json
+import shutil
+import subprocess
 import threading
 import time
 import weakref
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlparse
@@ -16,13 +19,16 @@ import numpy as np
 import pytest
 
 from agents import Plan
+from agents.policy import SHIPPED_POLICY
 from jet_gym.cli import run
 from jet_gym.studio.inputs import Inputs
+from jet_gym.studio.recording import FILM_KINDS
 from jet_gym.studio.server import Studio
 
 pytest.importorskip("viser")
 
 SIDE = Inputs.of_motion("side")
+SHORT = replace(SIDE, points=10, duration=2.5)
 SMALL = {"width": 900, "height": 360}  # a browser without a graphics card draws it in time
 
 
@@ -65,9 +71,28 @@ def page(tab: tuple[Any, Any]) -> Any:
 def session(tab: tuple[Any, Any]) -> Any:
     """The page's session, back at the side step and planned."""
     session = tab[1]
-    session.change(lambda _: SIDE)
-    wait_for(lambda: session.plan.step.landing == SIDE.landing and session.verdict.kind == "holds")
+    ask(session, SIDE)
     return session
+
+
+def ask(session: Any, inputs: Inputs) -> None:
+    """Ask for a step that can be made, and wait until a plan of it is shown."""
+    asked = replace(inputs)  # told apart from whatever was asked for before, though it may be the same
+    session.change(lambda _: asked)
+    wait_for(lambda: session._plan_inputs is asked and session.verdict.kind == "holds")
+
+
+def choose(page: Any, menu: str, option: str) -> None:
+    """Choose from a menu of the page."""
+    page.get_by_label(menu, exact=True).click()
+    page.get_by_role("option", name=option, exact=True).locator("visible=true").click()
+
+
+def upload(page: Any, button: str, file: Path) -> None:
+    """Give a file to one of the page's upload buttons."""
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name=button).click()
+    chooser.value.set_files(file)
 
 
 def open_tab(page: Any, name: str) -> None:
@@ -89,7 +114,7 @@ def test_landing_typed_into_the_page_moves_and_changes_the_thrust(page: Any, ses
     before = session.plan.thrust.max()
     open_tab(page, "Step")
     field = page.get_by_label("landing [mm]")
-    assert field.input_value() == "0"
+    wait_for(lambda: field.input_value() == "0")
     field.fill("180")
     field.press("Enter")
     wait_for(lambda: session.plan.step.landing == (0.18, 0.34, 0.0))
@@ -98,9 +123,11 @@ def test_landing_typed_into_the_page_moves_and_changes_the_thrust(page: Any, ses
 
 
 def test_landing_block_dragged_with_the_mouse_moves(page: Any, session: Any) -> None:
-    drag(page, *pixel_of(page, session, np.array([0.015, 0.34, -0.07])))
-    if session.inputs.landing == SIDE.landing:  # a browser that is short of time may not have seen the block yet
+    def moves() -> bool:
         drag(page, *pixel_of(page, session, np.array([0.015, 0.34, -0.07])))
+        return bool(session.inputs.landing != SIDE.landing)
+
+    wait_for(moves)  # a browser that is short of time may not have seen the block at first
     wait_for(lambda: session.plan.step.landing != SIDE.landing)
     moved = np.subtract(session.plan.step.landing, SIDE.landing)
     assert 0.002 < np.hypot(*moved[:2]) < 0.3
@@ -134,8 +161,7 @@ def pixel_of(page: Any, session: Any, point: np.ndarray) -> tuple[float, float]:
 
 def test_planner_menu_plans_with_the_chosen_planner(page: Any, session: Any) -> None:
     open_tab(page, "Planner")
-    page.get_by_label("planner", exact=True).click()
-    page.get_by_role("option", name="gaex", exact=True).click()
+    choose(page, "planner", "gaex")
     wait_for(lambda: session.plan.planner == "gaex")
     assert session.inputs.planner == "gaex"
     wait_for(lambda: "GAEx:" in verdict_on(page))
@@ -143,8 +169,7 @@ def test_planner_menu_plans_with_the_chosen_planner(page: Any, session: Any) -> 
 
 def test_ghost_is_the_other_planner_and_joins_the_table(page: Any, session: Any) -> None:
     open_tab(page, "Planner")
-    page.get_by_label("ghost of").click()
-    page.get_by_role("option", name="ga", exact=True).last.click()
+    choose(page, "ghost of", "ga")
     wait_for(lambda: session.rival is not None and session.rival.planner == "ga")
     assert session.plan.planner == "gas"
     wait_for(lambda: page.locator("td", has_text="GA").count() >= 2)
@@ -158,10 +183,10 @@ def test_infeasible_landing_says_where_and_why_and_shows_a_red_block(page: Any, 
     wait_for(lambda: page.locator('[data-verdict="infeasible"]').count() == 1)
     assert verdict_on(page).startswith("No posture makes swing point ")
     assert "thrust" in verdict_on(page)
-    assert session.stage.ground.bad_foot == "landing"
+    wait_for(lambda: session.stage.ground.bad_foot == "landing")
     session.change(lambda _: SIDE)
     wait_for(lambda: page.locator('[data-verdict="holds"]').count() == 1)
-    assert session.stage.ground.bad_foot is None
+    wait_for(lambda: session.stage.ground.bad_foot is None)
 
 
 def test_feet_that_overlap_say_so(page: Any, session: Any) -> None:
@@ -174,6 +199,8 @@ def test_feet_that_overlap_say_so(page: Any, session: Any) -> None:
 def test_plan_saved_in_the_page_loads_in_the_command_line(
     page: Any, session: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    pytest.importorskip("pybullet")
+    ask(session, SHORT)
     open_tab(page, "Output")
     with page.expect_download() as download:
         page.get_by_role("button", name="Save plan.json").click()
@@ -181,20 +208,111 @@ def test_plan_saved_in_the_page_loads_in_the_command_line(
     download.value.save_as(file)
     assert download.value.suggested_filename == "plan.json"
     np.testing.assert_array_equal(Plan.load(file).pelvis, session.plan.pelvis)
-    assert run(["simulate", str(file), "--help"]) == 0
-    capsys.readouterr()
+    assert run(["simulate", str(file)]) == 0
+    assert "fell" not in capsys.readouterr().err
 
 
-def test_plan_file_loaded_into_the_page_is_shown_as_it_is(page: Any, session: Any, tmp_path: Path) -> None:
-    assert run(["plan", "side", "--points", "12", "--seed", "5", "--output", str(tmp_path / "own.json")]) == 0
+def test_plan_file_uploaded_to_the_page_is_shown_as_it_is(page: Any, session: Any, tmp_path: Path) -> None:
+    file, wrong = tmp_path / "own.json", tmp_path / "wrong.json"
+    assert run(["plan", "side", "--points", "12", "--seed", "5", "--output", str(file)]) == 0
+    wrong.write_text(json.dumps({"format": "another/1"}))
     open_tab(page, "Output")
-    session.outputs.load("own.json", (tmp_path / "own.json").read_bytes())
-    plan = Plan.load(tmp_path / "own.json")
-    assert (session.plan.seed, session.plan.step.points) == (5, 12)
-    np.testing.assert_array_equal(session.plan.pelvis, plan.pelvis)
+    upload(page, "Load plan.json", file)
+    wait_for(lambda: (session.plan.seed, session.plan.step.points) == (5, 12))
+    np.testing.assert_array_equal(session.plan.pelvis, Plan.load(file).pelvis)
     wait_for(lambda: "all 12 swing points" in verdict_on(page))
-    session.outputs.load("own.json", json.dumps({"format": "another/1"}).encode())
-    wait_for(lambda: page.get_by_text("own.json is not a plan: field 'format'").count() == 1)
+    upload(page, "Load plan.json", wrong)
+    wait_for(lambda: page.get_by_text("wrong.json is not a plan: field 'format'").count() == 1)
+    assert session.plan.step.points == 12
+
+
+def test_own_policy_uploaded_to_the_page_plans_and_is_a_ghost_and_in_the_table(
+    page: Any, session: Any, tmp_path: Path
+) -> None:
+    file, wrong = tmp_path / "mine.npz", tmp_path / "wrong.npz"
+    shutil.copy(SHIPPED_POLICY, file)
+    wrong.write_bytes(b"nothing")
+    open_tab(page, "Planner")
+    upload(page, "Load your policy", wrong)
+    wait_for(lambda: page.get_by_text("wrong.npz is not a policy").count() == 1)
+    assert session.inputs.planners == SIDE.planners
+    upload(page, "Load your policy", file)
+    wait_for(lambda: session.plan.planner == "mine.npz")
+    wait_for(lambda: page.get_by_text("mine.npz is in the planner menu").count() == 1)
+    wait_for(lambda: verdict_on(page).startswith("mine.npz"))
+    choose(page, "planner", "gas")
+    choose(page, "ghost of", "mine.npz")
+    wait_for(lambda: session.plan.planner == "gas" and session.rival and session.rival.planner == "mine.npz")
+    wait_for(lambda: page.locator("td", has_text="mine.npz").count() == 1)
+    choose(page, "planner", "mine.npz+refine")
+    wait_for(lambda: session.plan.planner == "mine.npz+refine")
+
+
+def test_zip_is_loaded_only_where_the_user_trusts_it(page: Any, session: Any) -> None:
+    pytest.importorskip("stable_baselines3")
+    file = SHIPPED_POLICY.with_name("model.zip")
+    open_tab(page, "Planner")
+    upload(page, "Load your policy", file)
+    wait_for(lambda: page.get_by_text("model.zip is not loaded").count() == 1)
+    assert session.inputs.models == ()
+    page.get_by_label("I trust .zip files").check()
+    wait_for(lambda: session.panel.planning.trust.value)
+    upload(page, "Load your policy", file)
+    wait_for(lambda: session.plan.planner == "model.zip")
+
+
+def test_plan_sent_to_physics_comes_back_and_is_replayed_with_measured_zmp_and_tilt(
+    page: Any, session: Any
+) -> None:
+    pytest.importorskip("pybullet")
+    ask(session, SHORT)
+    open_tab(page, "Output")
+    page.get_by_role("button", name="Send to physics").click()
+    wait_for(lambda: session.outputs.simulated is not None)
+    simulated = session.outputs.simulated
+    assert not simulated.fallen
+    wait_for(lambda: page.get_by_text("simulated: tilt").count() == 1)
+    assert "measured ZMP" in page.get_by_text("simulated: tilt").inner_text()
+    session.seek(1.0)
+    expected = f"tilt {np.degrees(simulated.tilt_at(1.0)):.2f}°", f"{1e3 * abs(simulated.margin_at(1.0)):.0f} mm"
+    wait_for(lambda: all(part in page.get_by_text("simulated: tilt").inner_text() for part in expected))
+    page.get_by_role("button", name="Play").click()
+    wait_for(lambda: session.playback.time > 1.2)
+    page.get_by_role("button", name="Pause").click()
+    np.testing.assert_array_equal(
+        session.playback.motion.at(0.5).pelvis, simulated.motion.at(0.5).pelvis
+    )  # what is played is what was simulated
+    choose(page, "motion shown", "planned")
+    wait_for(lambda: page.get_by_text("simulated: tilt").count() == 0)
+    assert session.playback.motion is not simulated.motion
+
+
+@pytest.mark.parametrize("kind", FILM_KINDS)
+def test_film_of_the_motion_is_downloaded(
+    kind: str, page: Any, session: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("jet_gym.studio.outputs._FILM_SIZE", (90, 160))
+    monkeypatch.setattr("jet_gym.studio.outputs._FILM_RATE", 2.0)
+    ask(session, SHORT)
+    open_tab(page, "Output")
+    choose(page, "film", kind)
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Record the motion").click()
+    assert download.value.suggested_filename == f"jet-hr1.{kind}"
+    file = tmp_path / f"film.{kind}"
+    download.value.save_as(file)
+    pictures = frames_of(file)
+    assert len(pictures) == 6  # 2.5 s at 2 frames a second, both ends
+    assert (np.abs(np.diff(pictures.astype(int), axis=0)) > 30).any(axis=(1, 2, 3)).all()  # the robot moves
+    wait_for(lambda: page.get_by_text(f"recorded 6 frames as jet-hr1.{kind}").count() == 1)
+
+
+def frames_of(file: Path) -> np.ndarray:
+    """Return the pictures (N, 90, 160, 3) of a film."""
+    ffmpeg = pytest.importorskip("imageio_ffmpeg").get_ffmpeg_exe()
+    command = [ffmpeg, "-v", "error", "-i", str(file), "-fps_mode", "passthrough", "-f", "rawvideo"]
+    pixels = subprocess.run([*command, "-pix_fmt", "rgb24", "-"], check=True, capture_output=True).stdout
+    return np.frombuffer(pixels, dtype=np.uint8).reshape(-1, 90, 160, 3)
 
 
 def test_play_lets_time_pass_and_pause_stops_it(page: Any, session: Any) -> None:

@@ -6,11 +6,13 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
+from agents.planner import PLANNERS
 from jet_gym.balance import BalanceSettings, ThrustModel
 from jet_gym.courses import PAPER
 from jet_gym.fitness import FitnessSettings
 from jet_gym.robot import Robot, Side, Vector, jet_hr1
 from jet_gym.step import Step
+from jet_gym.studio.own_models import OwnModel
 
 FEET = ("start", "landing", "support")
 """What can be dragged: where the swing foot leaves, where it lands, where the other foot stands."""
@@ -46,6 +48,7 @@ class Inputs:
         max_thrust: Largest thrust [N]; the robot's own where ``None``.
         edge_tolerance: rho of eq. (10) [rad].
         robot: The robot.
+        models: Policies of the user's own.
     """
 
     swing: Side
@@ -64,6 +67,7 @@ class Inputs:
     max_thrust: float | None = None
     edge_tolerance: float = math.radians(5.0)
     robot: Robot | None = None
+    models: tuple[OwnModel, ...] = ()
 
     @classmethod
     def of_motion(cls, name: str) -> Inputs:
@@ -73,6 +77,16 @@ class Inputs:
     def with_step(self, step: Step) -> Inputs:
         """Return the same settings for another step."""
         return replace(self, **_fields_of(step))
+
+    def with_model(self, model: OwnModel) -> Inputs:
+        """Return the same inputs with a policy more, planned by it; one of the same name is replaced."""
+        others = tuple(known for known in self.models if known.name != model.name)
+        return replace(self, models=(*others, model), planner=model.planners[0])
+
+    @property
+    def planners(self) -> tuple[str, ...]:
+        """Names of the planners that can be asked for, the user's own at the end."""
+        return (*PLANNERS, *(name for model in self.models for name in model.planners))
 
     def moved(self, foot: str, position: Vector) -> Inputs:
         """Return the same inputs with one foot elsewhere.

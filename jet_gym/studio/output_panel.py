@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from html import escape
 from typing import TYPE_CHECKING, Protocol
 
-from jet_gym.studio.panel import hint, on_click, on_update, on_upload
+from jet_gym.studio.controls import hint, on_click, on_update, on_upload, outcome
 from jet_gym.studio.recording import FILM_KINDS
 
 if TYPE_CHECKING:
@@ -75,9 +74,7 @@ class OutputPanel:
 
     def show_outcome(self, sentence: str, good: bool = True) -> None:
         """Say what became of a simulation, a file or a film; nothing if the sentence is empty."""
-        ink = "#0b6e4a" if good else "#a01020"
-        text = f'<div style="padding:4px 12px;font-size:13px;color:{ink}">{escape(sentence)}</div>'
-        self.outcome.content = text if sentence else ""
+        self.outcome.content = outcome(sentence, good)
 
     def show_choice(self, there: bool, simulated: bool = False) -> None:
         """Let the motion be chosen if a simulated one is there."""

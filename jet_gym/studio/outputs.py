@@ -110,11 +110,11 @@ class Outputs:
 
     def _record(self, kind: str) -> None:
         session = self._session
-        motion = session.motion
+        motion = session.playback.motion
         if motion is None:
             return
         session.play(False)
-        times = film_times(motion.start, motion.end, session.player.speed, _FILM_RATE)
+        times = film_times(motion.start, motion.end, session.playback.player.speed, _FILM_RATE)
         height, width = _FILM_SIZE
         done = 0
 

@@ -6,7 +6,6 @@ import threading
 from collections.abc import Callable
 from typing import Protocol
 
-from agents.planner import PLANNERS
 from jet_gym.plan import Plan
 from jet_gym.studio import planning
 from jet_gym.studio.inputs import Inputs
@@ -99,7 +98,7 @@ class PlannerThreads:
                 self._explain(main, inputs, stale)
 
     def _plan_all(self, inputs: Inputs, show: Callable[[Plan], bool]) -> None:
-        for planner in PLANNERS:
+        for planner in inputs.planners:
             plan = self._plan(planner, inputs, lambda: self._closed)
             if self._closed or (plan is not None and not show(plan)):
                 return

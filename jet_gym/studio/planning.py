@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
-from agents.planner import make_planner
+from agents.planner import Planner, make_planner
 from jet_gym.errors import JetGymError
 from jet_gym.feasibility import Infeasibility, diagnose, infeasibility_sentence
 from jet_gym.figures.style import planner_styles
@@ -54,11 +54,21 @@ def plan_with(planner: str, inputs: Inputs, stale: Stale) -> Plan | None:
         if stale():
             raise _StaleError
 
-    agent = make_planner(planner, balance=inputs.balance, fitness=inputs.fitness)
+    agent = _planner(planner, inputs)
     try:
-        return agent.plan(inputs.step, seed=inputs.seed, progress=give_up_if_stale)
+        plan = agent.plan(inputs.step, seed=inputs.seed, progress=give_up_if_stale)
     except _StaleError:
         return None
+    return replace(plan, planner=planner)
+
+
+def _planner(name: str, inputs: Inputs) -> Planner:
+    """Return a planner of the package, or one that a model of the user's own makes."""
+    for model in inputs.models:
+        for planner, kind in zip(model.planners, ("policy", "policy+refine"), strict=True):
+            if planner == name:
+                return make_planner(kind, balance=inputs.balance, fitness=inputs.fitness, model=model.network)
+    return make_planner(name, balance=inputs.balance, fitness=inputs.fitness)
 
 
 def judge(plan: Plan, inputs: Inputs) -> Verdict:

@@ -5,27 +5,25 @@ from __future__ import annotations
 import threading
 from contextlib import suppress
 from dataclasses import replace
-from time import monotonic
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agents.planner import PLANNERS
 from jet_gym.errors import JetGymError
 from jet_gym.plan import Plan
 from jet_gym.robot import jet_hr1
 from jet_gym.studio import planning
 from jet_gym.studio.balance_cloud import BalanceCloud, SpaceInputs
-from jet_gym.studio.curves import zmp_margin
 from jet_gym.studio.inputs import Inputs
-from jet_gym.studio.motion import Motion, Pose
+from jet_gym.studio.moment import describe_moment
+from jet_gym.studio.motion import Motion
 from jet_gym.studio.outputs import Outputs
+from jet_gym.studio.own_models import read_model
 from jet_gym.studio.panel import BALANCE_SPACE, Change, Panel
 from jet_gym.studio.planner_threads import PlannerThreads
 from jet_gym.studio.planning import Verdict, planner_label
-from jet_gym.studio.player import Player
+from jet_gym.studio.playback import Playback
 from jet_gym.studio.plots import Plots
-from jet_gym.studio.robot_view import joints_near_limits
 from jet_gym.studio.stage import Stage
 from jet_gym.studio.table import comparison_table
 
@@ -36,8 +34,6 @@ if TYPE_CHECKING:
     from jet_gym.urdf import Array
 
 _FIRST_SHOWN = 0.72  # share of the step's time that a page shows at first
-_PAUSE_AT_END = 1.2  # [s] before a motion that plays begins again
-_PLOT_INTERVAL = 0.12  # [s] between two places of the plots' cursor while time passes
 
 
 class Session:
@@ -47,13 +43,12 @@ class Session:
         inputs: What is asked for.
         plan: The plan that is shown, if there is one yet.
         rival: The ghost's plan, if there is one.
-        motion: What is played: the plan's motion or the simulated one.
         verdict: What was said of the step.
         replans: How many plans have been shown.
         closed: Whether the tab is.
         lock: Held by whoever changes what is shown.
         planners: The threads that plan.
-        player: The clock.
+        playback: What is played, and the moment that is shown.
 
     Args:
         client: The tab.
@@ -69,17 +64,15 @@ class Session:
         self._client = client
         self.lock = threading.RLock()
         self._plan_inputs: Inputs | None = None  # what the plan was made from
-        self.motion: Motion | None = None  # what is played
         self._rival_motion: Motion | None = None
         self._others: dict[str, Plan] = {}  # plans in the table besides the two that are drawn
-        self._time = _FIRST_SHOWN * self.inputs.duration
-        self._cursor_moved = 0.0  # [s] when the plots' cursor was last moved while time passed
         self._moved_foot = "landing"
         self.closed = False
         self._build()
         name = f"studio-{client.client_id}"
         self.planners = PlannerThreads(self, name)
-        self.player = Player(self._advance, f"{name}-player")
+        self.playback = Playback(self._show_passing_moment, self.lock, f"{name}-player")
+        self.playback.time = _FIRST_SHOWN * self.inputs.duration
         self.change(lambda inputs: inputs)
 
     def _build(self) -> None:
@@ -102,7 +95,7 @@ class Session:
     def close(self) -> None:
         """End what works for the tab; may be called twice."""
         self.closed = True
-        self.player.close()
+        self.playback.player.close()
         self.planners.close()
         self.outputs.close()
         self.cloud.close()
@@ -120,7 +113,7 @@ class Session:
             before, self.inputs = self.inputs, change(self.inputs)
             self._moved_foot = foot or self._moved_foot
             self._others = {}
-            self._time *= self.inputs.duration / before.duration
+            self.playback.time *= self.inputs.duration / before.duration
             step = None
             try:
                 step = self.inputs.step
@@ -139,17 +132,17 @@ class Session:
 
     def play(self, playing: bool) -> None:
         """Let time pass, or not; at the end of the motion it begins again."""
-        self.player.playing = playing
+        self.playback.player.playing = playing
         self.panel.show_playing(playing)
 
     def set_speed(self, speed: float) -> None:
         """Let time pass at a multiple of the robot's own."""
-        self.player.speed = speed
+        self.playback.player.speed = speed
 
     def seek(self, time: float) -> None:
         """Show a time [s]."""
         with self.lock:
-            self._time = time
+            self.playback.time = time
             self._show_moment(move_slider=False)
 
     def show_layer(self, layer: str, visible: bool) -> None:
@@ -173,15 +166,29 @@ class Session:
 
         self.planners.plan_all(inputs, show)
 
+    def load_model(self, name: str, content: bytes, trust: bool) -> None:
+        """Add a policy of the user's own to the planners, and plan with it; in a thread: a .zip takes seconds."""
+
+        def load() -> None:
+            try:
+                model = read_model(name, content, trust=trust)
+            except Exception as error:  # whatever the file makes it raise
+                self.panel.planning.show_outcome(str(error), good=False)
+                return
+            self.change(lambda inputs: inputs.with_model(model))
+            self.panel.planning.show_outcome(f"{model.name} is in the planner menu and plans this step.")
+
+        threading.Thread(target=load, name="studio-model", daemon=True).start()
+
     def show_loaded(self, plan: Plan) -> None:
         """Show a plan that was made elsewhere as it is; its step is planned anew once something is changed."""
         with self.lock, self._client.atomic():
             self.planners.drop()
-            planner = plan.planner if plan.planner in PLANNERS else self.inputs.planner
+            planner = plan.planner if plan.planner in self.inputs.planners else self.inputs.planner
             self.inputs = replace(self.inputs.with_step(plan.step), planner=planner, seed=plan.seed, rival=None)
             self.outputs.forget()
             self._others = {}
-            self._time = _FIRST_SHOWN * plan.step.duration
+            self.playback.time = _FIRST_SHOWN * plan.step.duration
             self.stage.show_step(self.inputs, plan.step)
             self.panel.show_inputs(self.inputs)
             self.show_plans(self.inputs, plan, None)
@@ -190,7 +197,7 @@ class Session:
     def show_motion(self, motion: Motion) -> None:
         """Play this motion of the plan, the planned or the simulated one."""
         with self.lock:
-            self.motion = motion
+            self.playback.motion = motion
             self._show_all(self.inputs)
 
     def _camera_position(self) -> Array:
@@ -208,7 +215,7 @@ class Session:
                 return
             stands_in = plan is not None and plan.planner != inputs.planner
             if plan is not None and not (stands_in and self._plan_inputs is inputs):
-                self.plan, self._plan_inputs, self.motion = plan, inputs, Motion.of_plan(plan)
+                self.plan, self._plan_inputs, self.playback.motion = plan, inputs, Motion.of_plan(plan)
                 self.outputs.forget()
                 self.stage.show_plan(plan)
                 self.replans += 1
@@ -250,13 +257,14 @@ class Session:
         self.stage.ground.mark(self._moved_foot if verdict.kind in ("infeasible", "refused") else None)
 
     def _show_all(self, inputs: Inputs) -> None:
-        if self.plan is None or self.motion is None:
+        motion = self.playback.motion
+        if self.plan is None or motion is None:
             return
         step = self.plan.step
-        self.panel.show_range(self.motion.start, self.motion.end, step.duration / (step.points - 1))
+        self.panel.show_range(motion.start, motion.end, step.duration / (step.points - 1))
         self._show_table()
         self._show_moment(move_cursor=False)
-        self.plots.show(inputs, self.plan, self.rival, self.outputs.simulated, self._time)
+        self.plots.show(inputs, self.plan, self.rival, self.outputs.simulated, self.playback.time)
 
     def _show_table(self) -> None:
         shown = {plan.planner: plan for plan in (self.plan, self.rival) if plan is not None}
@@ -264,58 +272,24 @@ class Session:
 
     def _show_moment(self, move_slider: bool = True, move_cursor: bool = True) -> None:
         """Show the moment that the clock is at, in the scene and, where asked, at the slider and in the plots."""
-        if self.motion is None or self.plan is None:
+        motion, time = self.playback.motion, self.playback.time
+        if motion is None or self.plan is None:
             return
-        time = min(max(self._time, self.motion.start), self.motion.end)
-        pose = self.motion.at(time)
+        pose = motion.at(time)
+        simulated = self.outputs.simulated
+        if simulated is not None and motion is not simulated.motion:
+            simulated = None  # it is there, but the planned one is shown
         rival = None if self._rival_motion is None else self._rival_motion.at(time)
         limit = self.inputs.max_thrust
         with self._client.atomic():
             self.stage.place(pose, rival, self.plan.step.robot.max_thrust if limit is None else limit)
             if move_slider:
                 self.panel.show_time(time)
-            self.panel.show_moment(self._describe(time, pose))
+            self.panel.show_moment(describe_moment(self.plan.step, time, pose, simulated))
             if move_cursor:
                 self.plots.point_at(time)
 
-    def _describe(self, time: float, pose: Pose) -> list[str]:
-        """Return what is the case at a moment, in lines."""
-        assert self.plan is not None
-        step = self.plan.step
-        point = min(max(round(time / step.duration * (step.points - 1)), 0), step.points - 1)
-        shown = (
-            self.outputs.simulated
-            if self.outputs.simulated is not None and self.motion is self.outputs.simulated.motion
-            else None
-        )
-        margin = float(zmp_margin(step, pose.zmp[None])[0]) if shown is None else shown.margin_at(time)
-        lines = [
-            f"swing point {point} of 0 to {step.points - 1}, {time:.2f} s",
-            f"thrust {pose.thrust[0]:.1f} N, ZMP {_inside(margin)}",
-        ]
-        if shown is not None:
-            lines.append(f"simulated: tilt {np.degrees(shown.tilt_at(time)):.2f}°")
-        near = joints_near_limits(step.robot, pose.joint_positions)
-        if near:
-            names = ", ".join(f"{name.replace('_', ' ')} {np.degrees(room):.0f}°" for name, room in near[:3])
-            lines.append(f"near the end of their range: {names}")
-        return lines
-
-    def _advance(self, elapsed: float) -> None:
-        """Let time pass on the page's clock; called by the player."""
-        with self.lock, suppress(RuntimeError):  # the tab may have been closed in between
-            if self.motion is None or self.closed:
-                return
-            self._time += elapsed
-            if self._time > self.motion.end + _PAUSE_AT_END * self.player.speed:
-                self._time = self.motion.start
-            now = monotonic()
-            move_cursor = now - self._cursor_moved > _PLOT_INTERVAL
-            self._cursor_moved = now if move_cursor else self._cursor_moved
-            self._show_moment(move_cursor=move_cursor)
-
-
-def _inside(margin: float) -> str:
-    if not np.isfinite(margin):
-        return "nowhere: no foot is in contact"
-    return f"{1e3 * abs(margin):.0f} mm {'inside' if margin >= 0.0 else 'outside'} the sole"
+    def _show_passing_moment(self, move_cursor: bool) -> None:
+        with suppress(RuntimeError):  # the tab may have been closed in between
+            if not self.closed:
+                self._show_moment(move_cursor=move_cursor)

@@ -1,0 +1,47 @@
+"""What every panel needs: quiet lines of text, and controls that act on what a person does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from html import escape
+from typing import Any
+
+
+def hint(text: str) -> str:
+    """Return a quiet line of HTML."""
+    return f'<div style="padding:4px 12px 2px;font-size:12px;color:#666">{escape(text)}</div>'
+
+
+def outcome(sentence: str, good: bool = True) -> str:
+    """Return HTML that says what became of something; nothing if the sentence is empty."""
+    ink = "#0b6e4a" if good else "#a01020"
+    text = f'<div style="padding:4px 12px;font-size:13px;color:{ink}">{escape(sentence)}</div>'
+    return text if sentence else ""
+
+
+def on_update(handle: Any, act: Callable[[Any], None]) -> None:
+    """Act on what a person sets, and not on what the page itself does; coroutines keep the order of events."""
+
+    async def updated(event: Any) -> None:
+        if event.client is not None:
+            act(event.target.value)
+
+    handle.on_update(updated)
+
+
+def on_click(handle: Any, act: Callable[[Any], None]) -> None:
+    """Act on a click."""
+
+    async def clicked(event: Any) -> None:
+        act(event.target.value)
+
+    handle.on_click(clicked)
+
+
+def on_upload(handle: Any, act: Callable[[str, bytes], None]) -> None:
+    """Act on a file, given its name and content."""
+
+    async def uploaded(event: Any) -> None:
+        act(event.target.value.name, event.target.value.content)
+
+    handle.on_upload(uploaded)
