@@ -12,7 +12,7 @@ from jet_gym.posture import evaluate_postures
 from jet_gym.simulation import CameraSettings, Overlay, Renderer, World, WorldStateError
 from jet_gym.simulation.camera import Camera
 from jet_gym.simulation.overlay import METERS_PER_NEWTON
-from jet_gym.simulation.shading import ditch_of, shadow
+from jet_gym.simulation.shading import FAR_AWAY, SHADE, Floor, ditch_of, shade
 from jet_gym.step import Step
 
 pytest.importorskip("pybullet")
@@ -208,14 +208,51 @@ class TestCamera:
 
 class TestShading:
     def test_what_lies_behind_something_is_in_its_shadow(self):
-        light = Camera(64, 64, CameraSettings(azimuth=0.0, elevation=math.radians(80.0), near=1.0, far=30.0))
-        light.follow(np.array(list(itertools.product((-0.5, 0.5), (-0.5, 0.5), (0.0,)))))
-        depth = np.full((64, 64), np.inf, dtype=np.float32)
-        depth[:, :32] = 0.2  # something in front of the left half
-        places = np.stack(np.meshgrid((-0.3, 0.3), (-0.3, 0.3)), axis=-1).reshape(-1, 2)
-        points = np.column_stack([places, np.zeros(4)]).astype(np.float32)
-        left = light.project(points)[0][:, 0] < 32.0
-        assert shadow(points, light, depth) == pytest.approx(left.astype(float))
+        """The floor from above, lit from almost above, with something in front of half of what the light sees."""
+        above = CameraSettings(azimuth=0.0, elevation=math.radians(80.0), near=1.0, far=30.0)
+        light, camera = Camera(64, 64, above), Camera(40, 30, above)
+        corners = np.array(list(itertools.product((-0.5, 0.5), (-0.5, 0.5), (0.0,))))
+        light.follow(corners)
+        camera.follow(0.6 * corners)
+        floor = Floor(0.0, (0.0, 0.0), False, 0, 0.0, 0.0, 0.0)
+        nothing = np.zeros((30, 40, 4), np.uint8), np.ones((30, 40), np.float32), np.full((30, 40), -1, np.int32)
+        lit, half_lit = np.empty((2, 30, 40, 3), np.uint8)
+        depth = np.full((64, 64), FAR_AWAY, dtype=np.float32)
+        shade(camera.lens, floor, light.lens, depth, *nothing, lit)
+        depth[:, :32] = 0.2
+        shade(camera.lens, floor, light.lens, depth, *nothing, half_lit)
+        rows, columns = np.mgrid[:30, :40] + 0.5
+        rays = np.stack(
+            [camera.slope_x * (columns / 20.0 - 1.0), camera.slope_y * (1.0 - rows / 15.0), np.ones_like(rows)]
+        )
+        directions = np.einsum("ki,krc->rci", camera.axes, rays)
+        points = camera.eye - directions * (camera.eye[2] / directions[..., 2])[..., None]
+        across = light.project(points)[0][..., 0]
+        dark, bright = across < 30.0, across > 34.0
+        assert 0.2 < dark.mean() < 0.8
+        assert half_lit[bright] == pytest.approx(lit[bright])
+        assert half_lit[dark] == pytest.approx(lit[dark] * np.array(SHADE), abs=1.0)
+
+    def test_edges_are_smooth_because_a_pixel_is_the_mean_of_what_it_covers(self):
+        camera = Camera(1, 1)
+        camera.eye = np.array([0.0, 0.0, 5.0])
+        floor = Floor(0.0, (0.0, 0.0), False, 0, 0.0, 0.0, 0.0)
+        color = np.zeros((2, 2, 4), np.uint8)
+        color[..., 0] = 200
+        bare, covered = np.empty((2, 1, 1, 3), np.uint8)
+        depth = np.full((8, 8), FAR_AWAY, dtype=np.float32)
+        buffer = np.full((2, 2), 0.5, np.float32)  # near
+        for picture, bodies in ((bare, [[-1, -1], [-1, -1]]), (covered, [[-1, 0], [-1, -1]])):
+            shade(camera.lens, floor, Camera(8, 8).lens, depth, color, buffer, np.array(bodies, np.int32), picture)
+        assert covered[0, 0] == pytest.approx(0.75 * bare[0, 0] + 0.25 * np.array([200.0, 0.0, 0.0]), abs=1.0)
+
+    def test_a_carton_that_is_higher_stands_on_a_plinth(self, world, renderer):
+        high = Step("right", (0.0, -0.1125, 0.0), (0.6, -0.1125, 0.08), (0.3, 0.1125, 0.0))
+        stand(world, high)
+        picture = renderer.render(world)
+        x, y = np.floor(renderer.camera.project((0.6 + 0.06, -0.1125, -0.10))[0]).astype(int)
+        plinth = picture[y, x].astype(int)
+        assert plinth[0] - plinth[2] > 25  # brown, where the floor is a bluish grey
 
     def test_the_ditch_of_the_paper_spans_450_mm(self):
         ditch = ditch_of(STEP)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.errors import SettingsError
+from jet_gym.simulation.lens import Lens
 from jet_gym.urdf import Array
 
 Pixels = NDArray[np.float32]
@@ -123,19 +124,12 @@ class Camera:
         y = 0.5 * self.height * (1.0 - seen[..., 1] / (depth * self.slope_y))
         return np.stack([x, y], axis=-1), depth
 
-    def rays(self) -> Pixels:
-        """Return the lines of sight (height, width, 3) through the middles of the pixels, of depth 1."""
-        x = self.slope_x * ((2.0 * np.arange(self.width) + 1.0) / self.width - 1.0)
-        rows = self._slopes_of_rows(self.height)[:, None, None] * self.axes[1] + self.axes[2]
-        return np.asarray(x[None, :, None] * self.axes[0] + rows, dtype=np.float32)
-
-    def heights(self, depth: Pixels) -> Pixels:
-        """Return the heights [m] of what is seen at depths (height, width) [m] in a picture of any size."""
-        falls = self._slopes_of_rows(len(depth)) * self.axes[1, 2] + self.axes[2, 2]  # the camera does not roll
-        return np.asarray(self.eye[2] + falls[:, None].astype(np.float32) * depth, dtype=np.float32)
-
-    def _slopes_of_rows(self, height: int) -> Array:
-        return np.asarray(self.slope_y * (1.0 - (2.0 * np.arange(height) + 1.0) / height))
+    @property
+    def lens(self) -> Lens:
+        """The camera in numbers that compiled code takes."""
+        eye, right, up, forward = ((float(x), float(y), float(z)) for x, y, z in (self.eye, *self.axes))
+        near, far = self.settings.near, self.settings.far
+        return Lens(eye, right, up, forward, self.slope_x, self.slope_y, self.width, self.height, near, far)
 
     @property
     def view_matrix(self) -> list[float]:

@@ -43,13 +43,15 @@ class Cartons:
     Args:
         client: The physics server.
         restitution: Share of its speed that a landing foot keeps.
+        visible: Whether to load plinths, which only serve to be seen.
     """
 
-    def __init__(self, client: Any, restitution: float = 0.0) -> None:
+    def __init__(self, client: Any, restitution: float = 0.0, *, visible: bool = False) -> None:
         self._client = client
         self.floor = self._add_floor()
         self._loaded: dict[Role, int] = {role: self._add_carton() for role in ROLES}
         self.bodies = dict(self._loaded)
+        self._plinths = {body: self._add_plinth() for body in self._loaded.values()} if visible else {}
         self.soles: dict[Role, Vector] = {}
         for number, body in enumerate((self.floor, *self.bodies.values())):
             # PyBullet multiplies the friction of the two bodies in contact: the foot's alone shall count.
@@ -138,6 +140,22 @@ class Cartons:
 
     def _lower_floor(self) -> None:
         self._move(self.floor, (0.0, 0.0, min(z for _, _, z in self.soles.values()) - CARTON_HEIGHT))
+        self._prop_up()
+
+    def copy(self, other: Cartons) -> None:
+        """Put cartons where those of another physics server are."""
+        for role, body in self.bodies.items():
+            place, _ = other._client.getBasePositionAndOrientation(other.bodies[role])
+            self._move(body, place)
+        self._prop_up()
+
+    def _prop_up(self) -> None:
+        """Put plinths under the cartons that are higher than the lowest one."""
+        tops = {body: self._client.getBasePositionAndOrientation(body)[0] for body in self._plinths}
+        lowest = min((z for _, _, z in tops.values() if z > 0.5 * _PARKED), default=0.0)
+        for body, (x, y, z) in tops.items():
+            high = z > lowest + _SAME_HEIGHT
+            self._move(self._plinths[body], (x, y, z - CARTON_HEIGHT if high else _PARKED))
 
     def _move(self, body: int, top: Vector) -> None:
         """Move a body; its position is that of its top's middle."""
@@ -151,11 +169,19 @@ class Cartons:
     def _add_carton(self) -> int:
         carton = (0.5 * CARTON_LENGTH, 0.5 * CARTON_WIDTH, 0.5 * CARTON_HEIGHT)
         tape = (carton[0] + _TAPE_THICKNESS, 0.5 * _TAPE_WIDTH, carton[2] + _TAPE_THICKNESS)
-        plinth = (0.96 * carton[0], 0.94 * carton[1], 0.5 * _PLINTH_HEIGHT)
         middle = (0.0, 0.0, -0.5 * CARTON_HEIGHT)
-        below = (0.0, 0.0, -CARTON_HEIGHT - 0.5 * _PLINTH_HEIGHT)
-        colors = [CARTON_COLOR, TAPE_COLOR, PLINTH_COLOR]
-        return self._add_body(carton, middle, [carton, tape, plinth], [middle, middle, below], colors)
+        return self._add_body(carton, middle, [carton, tape], [middle, middle], [CARTON_COLOR, TAPE_COLOR])
+
+    def _add_plinth(self) -> int:
+        client = self._client
+        visual = client.createVisualShape(
+            client.GEOM_BOX,
+            halfExtents=(0.48 * CARTON_LENGTH, 0.47 * CARTON_WIDTH, 0.5 * _PLINTH_HEIGHT),
+            rgbaColor=PLINTH_COLOR,
+            visualFramePosition=(0.0, 0.0, -0.5 * _PLINTH_HEIGHT),
+        )
+        plinth: int = client.createMultiBody(0.0, -1, visual, (0.0, 0.0, _PARKED))
+        return plinth
 
     def _add_body(
         self,

@@ -125,7 +125,7 @@ def draw_overlay(picture: NDArray[np.uint8], camera: Camera, overlay: Overlay) -
     _draw_balance(pen, overlay)
     _draw_thrust(pen, overlay)
     _draw_text(pen, overlay)
-    return np.asarray(sheet.resize((width, height), Images.Resampling.BOX))
+    return np.asarray(sheet.reduce(_SCALE))
 
 
 class _Pen:

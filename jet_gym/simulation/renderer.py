@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from types import TracebackType
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +12,10 @@ from numpy.typing import NDArray
 from jet_gym.courses import CARTON_HEIGHT
 from jet_gym.errors import SettingsError
 from jet_gym.robot import Robot, jet_hr1
-from jet_gym.simulation.camera import Camera, CameraSettings, Pixels
+from jet_gym.simulation.camera import Camera, CameraSettings
 from jet_gym.simulation.errors import WorldStateError
 from jet_gym.simulation.overlay import Overlay, draw_overlay
-from jet_gym.simulation.shading import darken, ditch_of, floor_colors, floor_points, shadow
+from jet_gym.simulation.shading import FAR_AWAY, floor_of, shade
 from jet_gym.simulation.stage import Stage
 from jet_gym.simulation.world import World
 from jet_gym.step import Step
@@ -30,9 +29,8 @@ _LIGHT = CameraSettings(
     near=1.0,
     far=30.0,
 )
-_LIGHT_PIXELS = 512
+_LIGHT_PIXELS = 320
 _ELBOW_ROOM = 0.10  # [m] around the pelvis
-_SHADOWS_REACH = 1.5  # [m] around the middle of the scene
 _CROUCHED = 0.8  # share of its height that the robot has when it walks
 
 
@@ -115,36 +113,14 @@ class Renderer:
         scale, to_light = self._supersampling, -self._light.axes[2]
         shot = self.stage.shoot(self.camera, scale * self.width, scale * self.height, to_light)
         light = self.stage.shoot(self._light, _LIGHT_PIXELS, _LIGHT_PIXELS, to_light)
-        light_depth = np.where(light.solid, light.depth, np.float32(np.inf))
-
+        light_depth = np.where(light.bodies >= 0, self._light.depth(light.buffer), np.float32(FAR_AWAY))
         ground = min(step.start[2], step.landing[2], step.support[2]) - CARTON_HEIGHT
-        floor, floor_depth = floor_points(self.camera, ground)
-        picture = floor_colors(floor, floor_depth, middle, ditch_of(step))
-        lit = np.hypot(floor[..., 0] - middle[0], floor[..., 1] - middle[1]) < _SHADOWS_REACH
-        share = np.zeros(lit.shape, dtype=np.float32)
-        share[lit] = shadow(floor[lit], self._light, light_depth)
-        dark = share > 0.0
-        picture[dark] = darken(picture[dark], share[dark])
-
-        # Plinths go through the floor.
-        above = shot.solid & (self.camera.heights(shot.depth) > ground - 1e-3)
-        share = self._smaller(above.astype(np.float32))
-        solid = share > 0.0
-        colors = self._smaller(shot.color * above[..., None])[solid] / share[solid, None]
-        depth = self._smaller(shot.depth * above)[solid] / share[solid]
-        points = self.camera.eye.astype(np.float32) + self.camera.rays()[solid] * depth[:, None]
-        colors = darken(colors, 0.8 * shadow(points, self._light, light_depth))
-        picture[solid] += share[solid, None] * (colors - picture[solid])
-        return np.clip(np.rint(picture), 0.0, 255.0).astype(np.uint8)
-
-    def _smaller(self, pixels: NDArray[Any]) -> Pixels:
-        """Return the means over what will be one pixel."""
-        scale = self._supersampling
-        parts = [pixels[row::scale, column::scale] for row in range(scale) for column in range(scale)]
-        total = np.zeros(parts[0].shape, dtype=np.float32)
-        for part in parts:
-            total += part
-        return np.asarray(total / scale**2, dtype=np.float32)
+        picture = np.empty((self.height, self.width, 3), dtype=np.uint8)
+        shade(
+            self.camera.lens, floor_of(step, ground, middle), self._light.lens, light_depth,
+            shot.color, shot.buffer, shot.bodies, picture,
+        )  # fmt: skip
+        return picture
 
 
 def _corners(step: Step, pelvis: Array) -> Array:

@@ -19,9 +19,9 @@ from jet_gym.urdf import Array
 class Shot(NamedTuple):
     """What a camera sees of the bodies on the stage."""
 
-    color: NDArray[np.uint8]  # (height, width, 3)
-    depth: Pixels  # (height, width) [m] along the line of sight
-    solid: NDArray[np.bool_]  # (height, width) whether there is a body
+    color: NDArray[np.uint8]  # (height, width, 4)
+    buffer: Pixels  # (height, width) what OpenGL keeps of depths along the line of sight
+    bodies: NDArray[np.int32]  # (height, width) negative where there is none
 
 
 class Stage:
@@ -38,7 +38,7 @@ class Stage:
 
     def __init__(self, robot: Robot) -> None:
         self.client: Any = connect()
-        self._cartons = Cartons(self.client)
+        self._cartons = Cartons(self.client, visible=True)
         self._body = RobotBody(self.client, robot, visible=True)
         self._open = True
 
@@ -50,9 +50,7 @@ class Stage:
 
     def copy(self, world: World) -> None:
         """Put robot and cartons where they are in a world."""
-        for role, body in self._cartons.bodies.items():
-            place = world.client.getBasePositionAndOrientation(world.cartons.bodies[role])
-            self.client.resetBasePositionAndOrientation(body, *place)
+        self._cartons.copy(world.cartons)
         self._body.place(np.array(world.body.joints()[0]), world.body.pelvis().pose)
 
     def shoot(self, camera: Camera, width: int, height: int, light: Array) -> Shot:
@@ -80,7 +78,7 @@ class Stage:
         )
         shape = (height, width)
         return Shot(
-            np.asarray(color, dtype=np.uint8).reshape(*shape, 4)[..., :3],
-            camera.depth(np.asarray(depth, dtype=np.float32).reshape(shape)),
-            np.asarray(bodies).reshape(shape) >= 0,
+            np.asarray(color, dtype=np.uint8).reshape(*shape, 4),
+            np.asarray(depth, dtype=np.float32).reshape(shape),
+            np.asarray(bodies, dtype=np.int32).reshape(shape),
         )

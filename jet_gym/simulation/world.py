@@ -61,7 +61,7 @@ class World:
         self.step: Step | None = None
         self._gui, self._open = gui, True
         configure(self.client, self.settings)
-        self.cartons = Cartons(self.client, self.settings.restitution)
+        self.cartons = Cartons(self.client, self.settings.restitution, visible=gui)
         self.body = RobotBody(self.client, self.robot, visible=gui)
         self.body.set_up(self.settings)
         self._pristine: int = self.client.saveState()

@@ -17,7 +17,7 @@ _HEADINGS = (
     ("thrust<br>rough.", "N"),
     ("total<br>fitness", ""),
     ("viol.<br>points", ""),
-    ("a<br>point", "µs"),
+    ("a<br>point", "ms"),
 )
 
 
@@ -38,9 +38,9 @@ def comparison_table(plans: Sequence[Plan]) -> str:
             f"{s.peak_thrust.mean:.2f}",
             f"{1e3 * s.pelvis_roughness.mean:.2f}",
             f"{s.thrust_roughness.mean:.2f}",
-            f"{s.total_fitness.mean:,.0f}",
+            _short(s.total_fitness.mean),
             f"{s.violated_points.mean:.0f}",
-            f"{1e3 * s.milliseconds_per_point.mean:,.0f}",
+            f"{s.milliseconds_per_point.mean:.2f}",
         )
         name = f'<td style="padding:2px 3px;color:{look.color};font-weight:600">{escape(look.label)}</td>'
         rows.append(
@@ -53,3 +53,8 @@ def comparison_table(plans: Sequence[Plan]) -> str:
         f'font-variant-numeric:tabular-nums"><tr style="border-bottom:1px solid #ddd">{heads}</tr>{"".join(rows)}'
         "</table>"
     )
+
+
+def _short(value: float) -> str:
+    """Write a number so that it fits into a narrow column."""
+    return f"{value:,.0f}" if value < 1e5 else f"{1e-3 * value:,.0f}k"
