@@ -87,6 +87,8 @@ class TrainSettings:
     """Standard deviation of the actions at the beginning and at the end, in search ranges; geometric in between."""
     rise: tuple[float, float] = (0.0, 0.0)
     """Shares of the training between which the cost of a violation rises from nothing; 0 0 for all at once."""
+    replay: float = 0.0
+    """Share of PPO's episodes that take up a step again that the policy lately failed on."""
     critic_steps: int = 120_000
     """Environment steps at first in which the critic learns and the actor stays as it is."""
     hidden: tuple[int, ...] = (128, 128)
@@ -121,7 +123,7 @@ class TrainSettings:
                 raise SettingsError(f"{name} must be finite and more than 0, not {value}")
         if not 0.0 <= self.rise[0] <= self.rise[1] <= 1.0:
             raise SettingsError(f"rise must be two shares of the training, the first one first, not {self.rise}")
-        for name in ("gamma", "gae_lambda", "difficulty"):
+        for name in ("gamma", "gae_lambda", "difficulty", "replay"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise SettingsError(f"{name} must lie between 0 and 1, not {getattr(self, name)}")
         if not 0 <= self.seed < 2**31:
@@ -188,7 +190,7 @@ def train(settings: TrainSettings) -> Score:
 
 def _environments(settings: TrainSettings) -> VecEnv:
     if settings.physics == "quasistatic":
-        envs: VecEnv = StepVecEnv(settings.lanes, difficulty=settings.difficulty)
+        envs: VecEnv = StepVecEnv(settings.lanes, settings.replay, settings.seed, difficulty=settings.difficulty)
     else:
         arguments = {"physics": "bullet", "difficulty": settings.difficulty}
         envs = make_vec_env(f"jet_gym:{ENVIRONMENT_ID}", settings.lanes, env_kwargs=arguments)
@@ -251,7 +253,7 @@ def _judge(folder: Path, settings: TrainSettings) -> Score:
         test = StepSet.drawn(settings.test_steps, TEST_SEED)
         trained = PPO.load(folder / "best" / MODEL, device="cpu")
         network = network_of(trained.policy)
-        score, refined = test.score(network), test.score(network, refine=24)
+        score, refined = test.score(network), test.score(network, refine=16)
     content = {"policy": dataclasses.asdict(score), "policy+refine": dataclasses.asdict(refined)}
     write_json(folder / "test.json", content | {"steps": settings.test_steps, "seed": TEST_SEED})
     console.print(f"test, policy:            {score}")

@@ -152,7 +152,7 @@ def make_planner(
         name: One of :data:`PLANNERS`.
         balance: What counts as balanced; the defaults where omitted.
         fitness: Weights and penalties; the defaults where omitted.
-        **options: What this planner has besides, such as ``refine=24`` for ``"policy"``.
+        **options: What this planner has besides, such as ``refine=16`` for ``"policy"``.
 
     Raises:
         ValueError: If there is no such planner, or it has no such option.

@@ -146,12 +146,12 @@ class PolicyPlanner(BatchPlanner):
         model, points = search_of_step(
             step, self.balance, self.fitness, first_range=ranges.first_range, search_range=ranges.later_range
         )
-        displacements = RefinementSettings(candidates=self.refine, sweeps=self.sweeps).displacements
-        cost = refine_path(model, points, displacements, path)
+        clouds = RefinementSettings(candidates=self.refine, sweeps=self.sweeps).clouds
+        cost = refine_path(model, points, clouds, path)
         if not violates(model, points, path):
             return path
         other: Array = GasPlanner(self.balance, self.fitness).plan(step).pelvis.copy()
-        return other if refine_path(model, points, displacements, other) < cost else path
+        return other if refine_path(model, points, clouds, other) < cost else path
 
     def _plan_of(self, step: Step, path: Array, seed: int, seconds: float) -> Plan:
         return Plan.from_pelvis_path(
@@ -178,7 +178,7 @@ class PolicyPlanner(BatchPlanner):
 
 @dataclass(frozen=True)
 class RefinedPolicyPlanner(PolicyPlanner):
-    """A trained policy whose path is refined, as ``make_planner("policy", refine=24)`` makes it."""
+    """A trained policy whose path is refined, as ``make_planner("policy", refine=16)`` makes it."""
 
     refine: int = RefinementSettings.candidates
     name: ClassVar[str] = "policy+refine"

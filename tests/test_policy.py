@@ -32,7 +32,7 @@ def test_the_shipped_policy_beats_gas_as_its_card_says(steps: list) -> None:
     card = json.loads((SHIPPED_POLICY.parent / "about.json").read_text())
     gas = np.array([make_planner("gas").plan(step).total_fitness for step in steps])
     policy = np.array([plan.total_fitness for plan in make_planner("policy").plan_many(steps)])
-    refined = np.array([plan.total_fitness for plan in make_planner("policy", refine=24).plan_many(steps)])
+    refined = np.array([plan.total_fitness for plan in make_planner("policy", refine=16).plan_many(steps)])
     promised = card["test"]["policy"]["wins"]
     assert (policy < gas).mean() >= promised - 0.2
     assert (refined < gas).mean() >= card["test"]["policy+refine"]["wins"] - 0.15

@@ -9,7 +9,7 @@ import pytest
 
 from agents import make_planner
 from agents.lattice import cost_of_path, search_of_step
-from agents.refinement import RefinementSettings, refine_path
+from agents.refinement import RefinementSettings, candidates_around, refine_path
 from jet_gym.balance import BalanceSettings
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
@@ -22,13 +22,14 @@ def test_it_is_the_best_of_all_paths_through_the_candidates() -> None:
     short = Step("left", STEP.start, STEP.landing, STEP.support, points=4)
     model, points = search_of_step(short, BalanceSettings(), FitnessSettings())
     path = make_planner("gas").plan(short).pelvis
-    displacements = RefinementSettings(candidates=5, sweeps=1, widest=2e-3).displacements
+    clouds = RefinementSettings(candidates=5, sweeps=1, widest=2e-3).clouds
+    candidates = candidates_around(model, points, clouds[0], path)
     best = min(
-        cost_of_path(model, points, path + displacements[0].T[list(chosen)])
+        cost_of_path(model, points, candidates[np.arange(4), :, list(chosen)])
         for chosen in itertools.product(range(5), repeat=4)
     )
     refined = path.copy()
-    assert refine_path(model, points, displacements, refined) == pytest.approx(best, rel=1e-12)
+    assert refine_path(model, points, clouds, refined) == pytest.approx(best, rel=1e-12)
     assert cost_of_path(model, points, refined) == pytest.approx(best, rel=1e-12)
 
 
@@ -38,7 +39,7 @@ def test_it_never_makes_a_path_worse_and_more_sweeps_make_it_better() -> None:
     costs = [cost_of_path(model, points, path)]
     for sweeps in (1, 4, 16):
         refined = path.copy()
-        costs.append(refine_path(model, points, RefinementSettings(sweeps=sweeps).displacements, refined))
+        costs.append(refine_path(model, points, RefinementSettings(sweeps=sweeps).clouds, refined))
     assert costs == sorted(costs, reverse=True)
     assert costs[-1] < 0.9 * costs[0]
 
@@ -49,7 +50,7 @@ def test_it_mends_a_path_that_violates_a_constraint() -> None:
     path[5:8, 0] += 4e-3  # the centre of mass leaves the edge polygon
     model, points = search_of_step(STEP, BalanceSettings(), FitnessSettings())
     assert cost_of_path(model, points, path) > 9000.0
-    refine_path(model, points, RefinementSettings(widest=4e-3).displacements, path)
+    refine_path(model, points, RefinementSettings(widest=4e-3).clouds, path)
     assert cost_of_path(model, points, path) < 5000.0
 
 
@@ -64,6 +65,6 @@ def test_settings_that_make_no_sense_are_refused(wrong: dict[str, float]) -> Non
 def test_search_ranges_are_kept() -> None:
     model, points = search_of_step(STEP, BalanceSettings(), FitnessSettings())
     path = make_planner("gas").plan(STEP).pelvis.copy()
-    refine_path(model, points, RefinementSettings(candidates=60, sweeps=3, widest=0.03).displacements, path)
+    refine_path(model, points, RefinementSettings(candidates=60, sweeps=3, widest=0.03).clouds, path)
     assert np.abs(np.diff(path, axis=0)).max() <= 0.025
     assert np.abs(path[0] - STEP.nominal_pelvis).max() <= 0.150

@@ -17,6 +17,7 @@ from typing import Any
 
 from agents.network import PolicyNetwork
 from agents.policy import SHIPPED_POLICY, PolicyPlanner
+from agents.refinement import RefinementSettings
 from agents.training.callbacks import MODEL, NETWORK
 from agents.training.run_folder import write_json
 from agents.training.validation import TEST_SEED, Score, StepSet
@@ -24,7 +25,7 @@ from jet_gym.envs.registration import ENVIRONMENT_ID
 from jet_gym.files import write_whole
 from jet_gym.step import Step
 
-REFINE = 24
+REFINE = RefinementSettings.candidates
 _KINDS: dict[str, Callable[[Step], bool]] = {
     "forward": lambda step: step.landing[0] > 0.2,
     "backward": lambda step: step.landing[0] < -0.2,

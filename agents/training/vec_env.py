@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
+from agents.training.replay import ReplayingDrawer
 from jet_gym.envs.jet_hr1_step_vector import JetHR1StepVectorEnv
 from jet_gym.errors import SettingsError
 
@@ -23,11 +24,15 @@ class StepVecEnv(VecEnv):
 
     Args:
         num_envs: Number of lanes.
+        replay: Share of the episodes that take up a step again that lately failed.
+        seed: Of which steps are taken up again.
         **task: Arguments of ``JetHR1Step-v0``.
     """
 
-    def __init__(self, num_envs: int, **task: Any) -> None:
+    def __init__(self, num_envs: int, replay: float = 0.0, seed: int = 0, **task: Any) -> None:
         self.batch = JetHR1StepVectorEnv(num_envs, **task)
+        if replay > 0.0:
+            self.batch.drawer = ReplayingDrawer(self.batch.drawer, replay, seed=seed)
         super().__init__(num_envs, self.batch.single_observation_space, self.batch.single_action_space)
         self._actions: NDArray[Any] = np.zeros((num_envs, 3), dtype=np.float32)
         self._returns, self._lengths = np.zeros(num_envs), np.zeros(num_envs, dtype=np.int64)

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +60,13 @@ _THRUSTS = 6  # likewise
 _CORRECTIONS = 4  # of the pelvis, for each height and thrust
 
 _nominal_pelvis = inlined(nominal_pelvis)
+
+
+class Drawer(Protocol):
+    """Begins steps in lanes."""
+
+    def draw(self, lanes: Lanes, selected: NDArray[np.int64], generators: Sequence[np.random.Generator]) -> None:
+        """Begin a step in each selected lane; see :meth:`StepDrawer.draw`."""
 
 
 class StepDrawer:

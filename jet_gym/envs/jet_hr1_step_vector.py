@@ -13,6 +13,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from jet_gym.envs.drawing import Drawer
 from jet_gym.envs.lanes import Lanes
 from jet_gym.envs.model import TaskModel
 from jet_gym.envs.registration import MAX_EPISODE_STEPS
@@ -181,6 +182,15 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
     @violation_cost.setter
     def violation_cost(self, cost: float) -> None:
         self._model.violation_cost = cost
+
+    @property
+    def drawer(self) -> Drawer:
+        """What draws the steps; may be replaced, for a curriculum."""
+        return self._model.drawer
+
+    @drawer.setter
+    def drawer(self, drawer: Drawer) -> None:
+        self._model.drawer = drawer
 
     def close_extras(self, **_: Any) -> None:
         """End the threads."""

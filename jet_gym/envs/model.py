@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.balance import BalanceSettings, ThrustModel
 from jet_gym.envs.advance import advance
-from jet_gym.envs.drawing import StepDrawer
+from jet_gym.envs.drawing import Drawer, StepDrawer
 from jet_gym.envs.lanes import Lanes
 from jet_gym.envs.observation import HIGH, LOW, observe
 from jet_gym.envs.packing import TaskNumbers, pack
@@ -70,7 +70,7 @@ class TaskModel:
         self._balance = self.balance.parameters(self.robot)
         self._numbers = self._packed()
         self.reward_names = REWARD_TERMS if reward == "graded" else FITNESS_TERMS
-        self.drawer = StepDrawer(self.robot, self._balance, self.settings.difficulty)
+        self.drawer: Drawer = StepDrawer(self.robot, self._balance, self.settings.difficulty)
 
     @property
     def violation_cost(self) -> float:
