@@ -13,6 +13,7 @@ mass staying where it is in the plane. The pelvis follows from the derivatives o
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 
 import numpy as np
