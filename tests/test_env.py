@@ -448,6 +448,34 @@ def test_the_paper_motions_stand_in_physics_with_the_zmp_in_the_foot(make: Any) 
         assert max(info["measured_thrust"] for info in infos) < 22.0
 
 
+@pytest.mark.parametrize("seed", [8, 35])
+def test_a_foot_that_lifts_off_costs_nothing(make: Any, seed: int) -> None:
+    """The swing foot carries up to 10 N until it leaves the ground; that is no fault of the posture."""
+    env, quasistatic = make(), make(physics="quasistatic")
+    quasistatic.reset(seed=seed)
+    step = quasistatic.unwrapped.current_step
+    plan = make_planner("gas").plan(step)
+    assert plan.violated_points == ()
+    env.reset(options={"step": step})
+    for pelvis in plan.pelvis[:3]:
+        _, _, _, _, info = env.step(env.unwrapped.action_to(pelvis))
+        assert info["reward_terms"]["zmp"] == 0.0
+
+
+def test_a_pelvis_that_is_thrown_about_costs(make: Any) -> None:
+    """Jerks take the measured ZMP to the sole's edge where that of the model stays inside."""
+    env, quasistatic = make(step=PAPER.side, time_per_point=0.05), make(step=PAPER.side, physics="quasistatic")
+    plan = make_planner("gas").plan(PAPER.side)
+    terms = []
+    for each in (env, quasistatic):
+        each.reset(seed=0)
+        jerks = [[0.0] * 3] * 10 + [[1.0, 0.0, 0.0]] * 3 + [[-1.0, 0.0, 0.0]] * 6 + [[1.0, 0.0, 0.0]] * 6
+        actions = [each.unwrapped.action_to(plan.pelvis[0]), *np.array(jerks)]
+        terms.append([each.step(action)[4]["reward_terms"]["zmp"] for action in actions])
+    measured, modelled = np.array(terms)
+    assert measured[modelled == 0.0].min() < -0.5
+
+
 def test_a_fall_ends_the_episode_and_costs_what_was_left(make: Any) -> None:
     """Pelvis far beyond the support foot: no thrust of the fan can hold that."""
     env = make(physics="bullet", step=FORWARD)

@@ -242,6 +242,28 @@ class TestStanding:
         assert np.all(np.max([m.peak_joint_torques for m in rest], axis=0) < robot.effort)
         assert max(m.support_slip for m in rest) < 1e-4
 
+    def test_while_both_feet_stand_the_margin_is_that_of_the_rectangle_around_both(self, world, robot):
+        begin_nominal(world, PAPER.side)
+        measured = world.hold(world.settings.time_step)
+        assert measured.swing_contact
+        contacts = {
+            side: world.body.contact(world.body.foot(side), world.body.fan(side)) for side in ("left", "right")
+        }
+        force = sum(contact.force for contact in contacts.values())
+        x, y = sum(contact.force * contact.center for contact in contacts.values()) / force
+        soles = {side: world.body.sole(side).position for side in contacts}
+        x_min, x_max, y_min, _ = robot.right.sole_rectangle
+        y_max = robot.left.sole_rectangle[3]
+        middle = soles["right"][0]
+        edges = middle + x_max - x, x - middle - x_min, soles["left"][1] + y_max - y, y - soles["right"][1] - y_min
+        assert measured.stability_margin == pytest.approx(min(edges), abs=1e-3)
+
+    def test_on_one_foot_the_margin_is_that_of_its_zmp(self, world, side_plan):
+        begin(world, side_plan, point=40)
+        standing = world.hold(0.5)
+        assert not standing.swing_contact
+        assert standing.stability_margin == standing.zmp_margin
+
     def test_no_energy_appears(self, world):
         begin_nominal(world, PAPER.side)
         energies = []

@@ -96,8 +96,8 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     | `thrust_limits` | eq. (9) fails: -2, and -1 more for each 23 N |
     | `edge_polygon` | eq. (10) fails: -2, and -1 more for each 0.01 m of the centre of mass outside |
     | `zmp` | eq. (11) fails: -2, and -1 more for each 0.05 m |
-    | `zmp` with bullet | or the measured ZMP comes within 5 mm of the sole's edge: down to -2 at the edge; |
-    | | not at the first and the last point, where both feet stand |
+    | `zmp` with bullet | or the measured ZMP comes within 5 mm of the edge of what carries the robot, one sole or |
+    | | the convex hull of both: down to -2 at the edge; not at the first point, reached from rest |
     | `tilt` | bullet: the pelvis tilts by more than 3 degrees: -1 for each 10 degrees beyond, -6 at the least |
     | `fall` | bullet: the robot fell: the worst of a point (-41.1), for this one and each that is left |
 
@@ -107,7 +107,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     fitness of the plan over 230; with bullet f4 takes the thrust that was delivered, and `zmp`, `tilt` and `fall`
     come on top. While nothing slips or tips, the rewards of the two physics differ by less than 0.15 at each point,
     and by less than 0.3 at the first, to which the fan spins up from rest; the term `zmp` aside, in which physics
-    counts what the model cannot know, such as the weight's shift at lift-off.
+    counts what the model cannot know, such as the pelvis' acceleration.
 
     ## Starting State
 
@@ -139,7 +139,8 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     | `step` | `jet_gym.Step` or `None` | the step of every episode, or a random one each time |
     | `difficulty` | 0 to 1 | how far random steps may go |
     | `violation_cost` | 0 to 6 | what a violated constraint costs at least in the graded reward, for curricula |
-    | `time_per_point` | float | simulated time of a swing point in s; the first one takes a second |
+    | `time_per_point` | float | simulated time of a swing point in s; the first one takes 1 s, the second, with |
+    | | | which the foot lifts off, 0.6 s at least |
     | `disturbances` | `jet_gym.simulation.DisturbanceRanges` or `None` | bullet: what differs from the model is |
     | | | drawn from these ranges at each reset: link masses, the pelvis' centre of mass, friction, stiffness of |
     | | | the soles, fan lag, thrust gain, the landing's height, pushes; there is no IMU here to disturb |
@@ -286,8 +287,8 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
         success = terminated and not self._lanes.violated[0]
         if self._physics is not None:
             points_left = int(self._lanes.points[0] - self._lanes.point[0])
-            first = self._lanes.point[0] == 1
-            outcome = self._physics.advance(self._transition, first, points_left, info["reward_terms"])
+            point = int(self._lanes.point[0]) - 1
+            outcome = self._physics.advance(self._transition, point, points_left, info["reward_terms"])
             self._lanes.attitude[0] = outcome.attitude
             info.update(outcome.info)
             info["reward_terms"] = outcome.reward_terms

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from jet_gym.simulation.world import World
 
 FIRST_POINT_TIME = 1.0  # [s] of the first swing point, to which the pelvis may move 150 mm
-_ZMP_EDGE = 0.005  # [m] a measured ZMP nearer to the sole's edge costs
+FIRST_POINT_REST = 0.4  # [s] of it, at its end, in which joints and fan, which lag, arrive
+LIFT_OFF_TIME = 0.6  # [s] that the second swing point takes at least: the swing foot hands over what it carries
+_ZMP_EDGE = 0.005  # [m] a measured ZMP nearer to the edge of what carries the robot costs
 _FREE_TILT = math.radians(3.0)
 _TILT_SCALE = math.radians(10.0)
 _LOWERING = 0.01  # [m] by which the first pelvis is lowered until both legs reach
@@ -64,7 +66,7 @@ class BulletPhysics:
 
     Args:
         model: The task.
-        time_per_point: Simulated time of a swing point after the first [s].
+        time_per_point: Simulated time of a swing point after the second [s].
         window: Whether to show PyBullet's window and to keep real time.
         disturbances: From what a disturbance is drawn at each reset; ``None`` for none.
     """
@@ -93,6 +95,12 @@ class BulletPhysics:
             self._world = World(self._model.robot, gui=self._window)
         return self._world
 
+    def time_of(self, point: int) -> float:
+        """Return the simulated time that a swing point takes [s]."""
+        if point == 0:
+            return FIRST_POINT_TIME
+        return max(self._time_per_point, LIFT_OFF_TIME) if point == 1 else self._time_per_point
+
     def reset(self, step: Step, generator: np.random.Generator) -> tuple[Array, Disturbance | None]:
         """Let the robot stand before a step.
 
@@ -105,7 +113,7 @@ class BulletPhysics:
         """
         disturbance = None
         if self._disturbances is not None:
-            duration = FIRST_POINT_TIME + self._time_per_point * (step.points - 1)
+            duration = sum(self.time_of(point) for point in range(step.points))
             disturbance = self._disturbances.draw(generator, duration)
             self.world.disturb(disturbance)
         posture = standing_posture(step, self._model)
@@ -113,18 +121,19 @@ class BulletPhysics:
         measured = self.world.reset(step, posture.joint_positions, posture.pelvis, float(posture.pelvis_yaw))
         return np.array([measured.roll, measured.pitch]), disturbance
 
-    def advance(self, result: Transition, first: bool, points_left: int, terms: dict[str, float]) -> Outcome:
+    def advance(self, result: Transition, point: int, points_left: int, terms: dict[str, float]) -> Outcome:
         """Command the posture of a transition and let the time of a swing point pass.
 
         Args:
             result: The model's transition, of one lane.
-            first: Whether it is that of the first swing point.
+            point: The swing point.
             points_left: Swing points that come after it.
             terms: The model's reward terms by name.
         """
-        duration = FIRST_POINT_TIME if first else self._time_per_point
+        duration = self.time_of(point)
         thrust = float(np.clip(result.thrust[0], 0.0, self._model.max_thrust))
-        measured = self.world.advance(result.joint_positions[0], thrust, duration)
+        rest = FIRST_POINT_REST if point == 0 else 0.0
+        measured = self.world.advance(result.joint_positions[0], thrust, duration, rest=rest)
         if np.isfinite(measured.zmp).all():
             self._last_zmp = np.array(measured.zmp)
         info = {
@@ -135,8 +144,7 @@ class BulletPhysics:
             "fall": measured.reason,
         }
         attitude = np.array([measured.roll, measured.pitch])
-        on_both_feet = first or points_left == 0  # the support foot's ZMP is not the robot's then
-        reward_terms = self._measured_terms(measured, terms, points_left, on_both_feet)
+        reward_terms = self._measured_terms(measured, terms, points_left, first=point == 0)
         return Outcome(np.nan_to_num(attitude), reward_terms, info, measured.fallen)
 
     def close(self) -> None:
@@ -146,11 +154,11 @@ class BulletPhysics:
             self._world = None
 
     def _measured_terms(
-        self, measured: Measurement, terms: dict[str, float], points_left: int, on_both_feet: bool
+        self, measured: Measurement, terms: dict[str, float], points_left: int, *, first: bool
     ) -> dict[str, float]:
         """Put what was measured in place of what the model says."""
         delivered = measured.mean_thrust / self._model.max_thrust
-        nearness = 0.0 if on_both_feet else _nearness_to_edge(measured.zmp_margin)
+        nearness = 0.0 if first else _nearness_to_edge(measured.stability_margin)
         zmp_cost = self._model.settings.violation_cost * nearness
         tilt_cost = max(measured.peak_tilt - _FREE_TILT, 0.0) / _TILT_SCALE
         tilt_cost = min(tilt_cost, self._model.settings.largest_cost) if math.isfinite(tilt_cost) else 0.0

@@ -67,16 +67,18 @@ class Actuators:
         if side != self._blowing:
             self._blowing, self.thrust, self.told = side, 0.0, 0.0
 
-    def set_course(self, posture: Array, thrust: float, steps: int) -> None:
-        """Head for a posture (12,) [rad] and a thrust [N], both in straight lines over some simulation steps."""
-        targets = self._blend.advance(posture, steps)
+    def set_course(self, posture: Array, thrust: float, steps: int, rest: int = 0) -> None:
+        """Head for a posture (12,) [rad] and a thrust [N], both in straight lines over some simulation steps.
+
+        For as many of them as ``rest`` says, the commands then stay there.
+        """
+        targets = self._blend.advance(posture, steps - rest)
+        thrusts = np.linspace(self.thrust, thrust, steps - rest + 1)[1:]
+        if rest:
+            targets = np.concatenate([targets, self._blend.advance(posture, rest)])
+            thrusts = np.concatenate([thrusts, np.full(rest, thrust)])
         velocities = np.diff(targets, axis=0, prepend=self.target[None]) * self._settings.rate
-        self._course = zip(
-            targets.tolist(),
-            velocities.tolist(),
-            np.linspace(self.thrust, thrust, steps + 1)[1:].tolist(),
-            strict=True,
-        )
+        self._course = zip(targets.tolist(), velocities.tolist(), thrusts.tolist(), strict=True)
         self.posture = posture
 
     def step(self) -> float:

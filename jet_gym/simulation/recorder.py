@@ -13,6 +13,7 @@ from jet_gym.simulation.body import RobotBody
 from jet_gym.simulation.measurement import Measurement
 from jet_gym.simulation.rotation import roll_pitch_tilt
 from jet_gym.simulation.settings import SimulationSettings
+from jet_gym.simulation.support import support_margin
 from jet_gym.step import Step
 from jet_gym.urdf import Array
 
@@ -57,6 +58,7 @@ class Recorder:
         self._support_forces: list[float] = []
         self._swing_forces: list[float] = []
         self._margins: list[float] = []
+        self._stability_margins: list[float] = []
         self._tilts: list[float] = []
         self.reason = ""
 
@@ -75,6 +77,8 @@ class Recorder:
         self._swing_forces.append(self.swing.force)
         if self.support.touching:
             self._margins.append(self._margin())
+        if self.support.touching or self.swing.touching:
+            self._stability_margins.append(self._stability_margin())
         self.roll, self.pitch, tilt = roll_pitch_tilt(self.pelvis.pose.axes)
         self._tilts.append(tilt)
         self.reason = self._why_fallen(tilt)
@@ -96,6 +100,7 @@ class Recorder:
             mean_thrust=float(np.mean(self._thrusts)),
             zmp=self.support.center,
             zmp_margin=min(self._margins, default=math.nan),
+            stability_margin=min(self._stability_margins, default=math.nan),
             support_contact=self.support.touching,
             swing_contact=self.swing.touching,
             support_force=float(np.mean(self._support_forces)),
@@ -124,6 +129,23 @@ class Recorder:
         axes = self.support_sole.axes
         x, y = (self.support.center - self.support_sole.position[:2]) @ axes[:2, :2]
         return float(min(x - x_min, x_max - x, y - y_min, y_max - y))
+
+    def _stability_margin(self) -> float:
+        """Return the distance [m] from the robot's ZMP to the edge of what carries it; see :class:`Measurement`."""
+        if not self.swing.touching:
+            return self._margins[-1]
+        footing, robot = self._footing, self._body.robot
+        feet = [
+            (contact, (robot.leg(side), sole))
+            for contact, side, sole in (
+                (self.support, footing.support, self.support_sole),
+                (self.swing, footing.step.swing, self.swing_sole),
+            )
+            if contact.touching
+        ]
+        forces = np.array([contact.force for contact, _ in feet])
+        center = forces @ np.array([contact.center for contact, _ in feet]) / forces.sum()
+        return support_margin(center, [sole for _, sole in feet])
 
     def _center_of_mass(self, joint_positions: list[float]) -> Array:
         return self.pelvis.pose.point(forward_kinematics(self._body.robot, joint_positions).center_of_mass)

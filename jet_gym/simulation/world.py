@@ -134,11 +134,17 @@ class World:
         self._disturber.disturbance = disturbance
 
     def advance(
-        self, joint_positions: ArrayLike, thrust: float, duration: float, *, stop_on_fall: bool = True
+        self,
+        joint_positions: ArrayLike,
+        thrust: float,
+        duration: float,
+        *,
+        rest: float = 0.0,
+        stop_on_fall: bool = True,
     ) -> Measurement:
         """Move to the next posture and thrust.
 
-        Both commands go there in straight lines over the duration; the joints' corners are rounded
+        Both commands go there in straight lines over the duration, less the rest; the joints' corners are rounded
         (:class:`~jet_gym.simulation.motion.CommandBlend`) and the fan lags behind.
 
         Args:
@@ -146,6 +152,7 @@ class World:
             thrust: Thrust of the swing foot's fan at the end [N], clipped to what the fan can do.
             duration: How long it takes [s]. Whole simulation steps pass; what is rounded off is made up for
                 the next time.
+            rest: For how much of it, at its end, both commands stay where they then are [s]; less than all of it.
             stop_on_fall: Whether to stop when the robot has fallen.
 
         Raises:
@@ -157,9 +164,12 @@ class World:
         duration = _finite(duration, "duration")
         if duration <= 0.0:
             raise ValueError(f"duration must be more than 0 s, not {duration}")
+        if not 0.0 <= rest < duration:
+            raise ValueError(f"rest must be at least 0 s and less than the duration of {duration} s, not {rest}")
         self._time_asked += duration
         steps = max(self.settings.steps(self._time_asked) - self._steps_done, 1)
-        return self._simulate(command, thrust, steps, stop_on_fall)
+        resting = min(self.settings.steps(rest), steps - 1)
+        return self._simulate(command, thrust, steps, stop_on_fall, resting)
 
     def hold(self, duration: float, *, stop_on_fall: bool = True) -> Measurement:
         """Keep the last commands for a time [s]; see :meth:`advance`."""
@@ -225,10 +235,12 @@ class World:
         if self.step is not None:
             self._clear_start_when_left(self.step, self.body.sole(self.step.swing).position)
 
-    def _simulate(self, command: Array, thrust: float, steps: int, stop_on_fall: bool) -> Measurement:
+    def _simulate(
+        self, command: Array, thrust: float, steps: int, stop_on_fall: bool, resting: int = 0
+    ) -> Measurement:
         footing = self._standing()
         recorder = Recorder(self.body, self.settings, footing)
-        self.actuators.set_course(command, thrust, steps)
+        self.actuators.set_course(command, thrust, steps, resting)
         for k in range(1, steps + 1):
             delivered = self.actuators.step()
             self._disturber.step(self.time)

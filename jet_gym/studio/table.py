@@ -42,7 +42,7 @@ def comparison_table(plans: Sequence[Plan]) -> str:
             f"{s.violated_points.mean:.0f}",
             f"{s.milliseconds_per_point.mean:.2f}",
         )
-        name = f'<td style="padding:2px 3px;color:{look.color};font-weight:600">{escape(look.label)}</td>'
+        name = f'<td style="padding:2px 3px;color:{look.color};font-weight:600">{_breakable(look.label)}</td>'
         rows.append(
             f"<tr>{name}"
             + "".join(f'<td style="text-align:right;padding:2px 3px">{c}</td>' for c in cells)
@@ -53,6 +53,11 @@ def comparison_table(plans: Sequence[Plan]) -> str:
         f'font-variant-numeric:tabular-nums"><tr style="border-bottom:1px solid #ddd">{heads}</tr>{"".join(rows)}'
         "</table>"
     )
+
+
+def _breakable(name: str) -> str:
+    """Return a name as HTML that may go on in the next line where it has a plus sign."""
+    return escape(name).replace("+", "+<wbr>")
 
 
 def _short(value: float) -> str:
