@@ -28,8 +28,8 @@ from jet_gym.balance import Stance, edge_vectors, zmp_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, REACH, THRUST, ZMP
 from jet_gym.kinematics import from_middle
+from jet_gym.leg import Leg, Vector
 from jet_gym.posture_state import posture_at
-from jet_gym.robot import Leg, Vector
 from jet_gym.urdf import Array
 
 # Slacks of a swing point.

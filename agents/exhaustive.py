@@ -21,9 +21,10 @@ from jet_gym.balance import BalanceParameters, stance_of
 from jet_gym.compilation import entry_point
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessParameters
+from jet_gym.leg import Leg, Vector
 from jet_gym.posture import swing_and_support
 from jet_gym.posture_state import fitness_of_candidates
-from jet_gym.robot import Leg, Trunk, Vector
+from jet_gym.robot import Trunk
 from jet_gym.step import Step
 from jet_gym.urdf import Array
 

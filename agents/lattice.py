@@ -24,9 +24,10 @@ from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import ZMP
 from jet_gym.fitness import FitnessParameters, FitnessSettings
 from jet_gym.kinematics import within_limits
+from jet_gym.leg import Leg, Vector
 from jet_gym.posture import swing_and_support
 from jet_gym.posture_state import fitness_of_candidates, posture_at
-from jet_gym.robot import Leg, Trunk, Vector
+from jet_gym.robot import Trunk
 from jet_gym.step import Step
 from jet_gym.urdf import Array
 

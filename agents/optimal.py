@@ -38,8 +38,8 @@ from agents.lattice import (
 )
 from agents.planner import Planner, Progress, check_seed
 from jet_gym.errors import SettingsError, require_within
+from jet_gym.leg import Leg
 from jet_gym.plan import Plan
-from jet_gym.robot import Leg
 from jet_gym.step import Step
 from jet_gym.urdf import Array
 

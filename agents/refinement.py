@@ -23,8 +23,8 @@ from agents.lattice import FAR, SearchModel, SwingPoints, exact_costs, stance_at
 from jet_gym.balance import Stance
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.errors import SettingsError, require_within
+from jet_gym.leg import Vector
 from jet_gym.posture_state import posture_at
-from jet_gym.robot import Vector
 from jet_gym.urdf import Array
 
 _ROUNDING = 1e-9  # [m] kept from the edges of the search ranges

@@ -13,7 +13,8 @@ from typing import Literal, NamedTuple
 
 from jet_gym.compilation import inlined
 from jet_gym.errors import SettingsError, require_number
-from jet_gym.robot import Leg, Robot, Vector
+from jet_gym.leg import Leg, Vector
+from jet_gym.robot import Robot
 
 GRAVITY = 9.81  # [m/s^2]
 

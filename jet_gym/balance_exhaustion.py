@@ -11,8 +11,9 @@ from jet_gym.balance import BalanceParameters, Stance, least_thrust, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import JOINT_LIMITS, REACH
 from jet_gym.joint_torques import largest_share, leg_torques
+from jet_gym.leg import Leg, Six, Vector
 from jet_gym.posture_state import posture_at
-from jet_gym.robot import Leg, Six, Trunk, Vector
+from jet_gym.robot import Trunk
 from jet_gym.urdf import Array
 
 NEVER = 1e300  # [N] thrust where no posture balances; compiled code may not use infinity

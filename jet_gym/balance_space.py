@@ -27,8 +27,9 @@ from jet_gym.balance import BalanceSettings
 from jet_gym.balance_exhaustion import NEVER, explore_columns
 from jet_gym.errors import require_within
 from jet_gym.files import write_whole_with
+from jet_gym.leg import Side, Six, Vector
 from jet_gym.posture import swing_and_support
-from jet_gym.robot import Robot, Side, Six, Vector, jet_hr1
+from jet_gym.robot import Robot, jet_hr1
 from jet_gym.step import Step
 from jet_gym.threads import for_each
 from jet_gym.urdf import Array

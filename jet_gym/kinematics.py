@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from jet_gym.compilation import entry_point, inlined
-from jet_gym.robot import Leg, Robot, Side, Six, Vector
+from jet_gym.leg import Leg, Side, Six, Vector
+from jet_gym.robot import Robot
 from jet_gym.urdf import Array
 
 Rotation = tuple[float, float, float, float, float, float, float, float, float]  # 3x3, row by row

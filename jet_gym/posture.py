@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from jet_gym.balance import BalanceSettings, edge_undefined, stance_of
 from jet_gym.compilation import entry_point
 from jet_gym.kinematics import axis_signs, finite_array, range_middles
+from jet_gym.leg import Leg, Side
 from jet_gym.posture_block import (
     BLOCK,
     COM,
@@ -28,7 +29,7 @@ from jet_gym.posture_block import (
     put,
     stance_in,
 )
-from jet_gym.robot import Leg, Robot, Side
+from jet_gym.robot import Robot
 from jet_gym.urdf import Array
 
 _CHUNK = 64 * BLOCK

@@ -26,7 +26,8 @@ from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, REACH, THRUST, ZMP
 from jet_gym.fitness import FitnessParameters, fitness_terms
 from jet_gym.kinematics import leg_forward, leg_inverse, within_limits
-from jet_gym.robot import Leg, Six, Trunk, Vector
+from jet_gym.leg import Leg, Six, Vector
+from jet_gym.robot import Trunk
 from jet_gym.urdf import Array
 
 

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from jet_gym.errors import StepError
-from jet_gym.robot import Robot, Side, Vector, jet_hr1
+from jet_gym.leg import Side, Vector
+from jet_gym.robot import Robot, jet_hr1
 from jet_gym.swing_path import PATH_CHECKS, Arc, arc_of, arc_point, nominal_pelvis
 from jet_gym.urdf import Array
 

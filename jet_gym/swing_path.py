@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from jet_gym.robot import Vector
+from jet_gym.leg import Vector
 
 PATH_CHECKS = 60  # places along an arc, at least, at which the feet are held against each other
 _VERTICAL = 1e-9  # [m] a chord with a shorter shadow is vertical

@@ -25,8 +25,9 @@ from jet_gym.balance import (
     zmp_of,
 )
 from jet_gym.errors import SettingsError
+from jet_gym.leg import Side
 from jet_gym.posture import Postures, evaluate_postures, swing_and_support
-from jet_gym.robot import Robot, Side
+from jet_gym.robot import Robot
 from jet_gym.urdf import Array
 
 if TYPE_CHECKING:

@@ -14,9 +14,10 @@ from jet_gym.balance import BalanceSettings, stance_of
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, REACH, THRUST, ZMP, violation_names
 from jet_gym.fitness import FitnessSettings
 from jet_gym.kinematics import forward_kinematics
+from jet_gym.leg import Side
 from jet_gym.posture import Postures, evaluate_postures, swing_and_support
 from jet_gym.posture_state import fitness_of_candidates
-from jet_gym.robot import Robot, Side
+from jet_gym.robot import Robot
 from jet_gym.urdf import Array
 
 SIDES: tuple[Side, Side] = ("left", "right")

@@ -40,6 +40,7 @@ from jet_gym.envs.transition import (
     ZMP,
 )
 from jet_gym.fitness import FitnessParameters, fitness_terms
+from jet_gym.leg import Leg
 from jet_gym.posture_block import (
     BLOCK,
     COM,
@@ -55,7 +56,6 @@ from jet_gym.posture_block import (
     put,
     stance_in,
 )
-from jet_gym.robot import Leg
 from jet_gym.trigonometry import arctangent
 from jet_gym.urdf import Array
 

@@ -41,8 +41,9 @@ from jet_gym.envs.lanes import (
     swing_sole,
     three,
 )
+from jet_gym.leg import Leg, Vector
 from jet_gym.posture_state import posture_at
-from jet_gym.robot import Leg, Robot, Trunk, Vector, jet_hr1
+from jet_gym.robot import Robot, Trunk, jet_hr1
 from jet_gym.step import NOMINAL_KNEE_BEND, Step
 from jet_gym.swing_path import PATH_CHECKS, nominal_pelvis
 from jet_gym.urdf import Array

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jet_gym.compilation import inlined
-from jet_gym.robot import Robot, Vector
+from jet_gym.leg import Vector
+from jet_gym.robot import Robot
 from jet_gym.step import Step
 from jet_gym.swing_path import arc_of
 from jet_gym.trigonometry import sine_cosine

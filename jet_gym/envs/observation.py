@@ -25,6 +25,7 @@ from jet_gym.envs.lanes import (
     three,
 )
 from jet_gym.envs.packing import unpack
+from jet_gym.leg import Leg, Vector
 from jet_gym.posture_block import (
     BLOCK,
     COM,
@@ -36,7 +37,6 @@ from jet_gym.posture_block import (
     put,
     stance_in,
 )
-from jet_gym.robot import Leg, Vector
 from jet_gym.trigonometry import arctangent
 from jet_gym.urdf import Array
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from jet_gym.courses import CARTON_HEIGHT, CARTON_LENGTH, CARTON_WIDTH
 from jet_gym.kinematics import forward_kinematics
+from jet_gym.leg import Leg
 from jet_gym.plan import Plan
-from jet_gym.robot import Leg
 from jet_gym.step import Step
 from jet_gym.urdf import Array
 

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from jet_gym.robot import SIDES, Side
+from jet_gym.leg import SIDES, Side
 from jet_gym.simulation.body import RobotBody
 from jet_gym.simulation.disturbances import Disturbance
 from jet_gym.simulation.motion import CommandBlend, FanLag

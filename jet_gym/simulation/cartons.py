@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from jet_gym.courses import CARTON_HEIGHT, CARTON_LENGTH, CARTON_WIDTH
 from jet_gym.errors import StepError
-from jet_gym.robot import Vector
+from jet_gym.leg import Vector
 from jet_gym.step import Step
 
 Role = Literal["start", "support", "landing"]

@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from jet_gym.errors import StepError, require_within
+from jet_gym.leg import SIDES, Side
 from jet_gym.plan import Plan
-from jet_gym.robot import SIDES, Robot, Side
+from jet_gym.robot import Robot
 from jet_gym.simulation.double_support import (
     double_support_joints,
     reachable_pelvis,

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from jet_gym.leg import SIDES, Side
 from jet_gym.plan import Plan
-from jet_gym.robot import SIDES, Robot, Side
+from jet_gym.robot import Robot
 from jet_gym.simulation.double_support import soles_after
 from jet_gym.simulation.support import nearest_edge
 from jet_gym.urdf import Array

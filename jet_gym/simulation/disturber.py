@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from jet_gym.robot import SIDES
+from jet_gym.leg import SIDES
 from jet_gym.simulation.body import RobotBody
 from jet_gym.simulation.disturbances import Disturbance
 from jet_gym.simulation.settings import SimulationSettings

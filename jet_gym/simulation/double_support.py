@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.kinematics import inverse_kinematics
-from jet_gym.robot import SIDES, Robot, Side
+from jet_gym.leg import SIDES, Side
+from jet_gym.robot import Robot
 from jet_gym.step import Step
 from jet_gym.urdf import Array
 

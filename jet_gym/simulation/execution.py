@@ -11,8 +11,8 @@ from typing import Literal, get_args
 import numpy as np
 
 from jet_gym.errors import SettingsError, require_within
+from jet_gym.leg import Side
 from jet_gym.plan import Plan
-from jet_gym.robot import Side
 from jet_gym.simulation.course import Course, CourseSettings, Phase, make_course
 from jet_gym.simulation.disturbances import Disturbance
 from jet_gym.simulation.history import Execution, History

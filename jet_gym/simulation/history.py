@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jet_gym.files import write_whole
+from jet_gym.leg import SIDES, Side
 from jet_gym.plan import Plan
-from jet_gym.robot import SIDES, Side
 from jet_gym.simulation.course import Course
 from jet_gym.simulation.diagnosis import Summary, summarize
 from jet_gym.simulation.measurement import Measurement

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from jet_gym.compilation import inlined
-from jet_gym.robot import Vector
+from jet_gym.leg import Vector
 
 
 class Lens(NamedTuple):

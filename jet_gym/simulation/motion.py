@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from jet_gym.robot import Fan
+from jet_gym.fans_and_servos import Fan
 from jet_gym.urdf import Array
 
 

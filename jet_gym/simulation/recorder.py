@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from jet_gym.kinematics import forward_kinematics
-from jet_gym.robot import Side
+from jet_gym.leg import Side
 from jet_gym.simulation.body import RobotBody
 from jet_gym.simulation.measurement import Measurement
 from jet_gym.simulation.rotation import roll_pitch_tilt

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from jet_gym.robot import Vector
+from jet_gym.leg import Vector
 from jet_gym.simulation.disturbances import LINKS, Disturbance, DisturbanceRanges, Push
 from jet_gym.simulation.execution import ThrustControl
 from jet_gym.simulation.trials import Experiment, Progress, Trial

@@ -8,7 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from jet_gym.robot import Leg, Robot, Side
+from jet_gym.leg import Leg, Side
+from jet_gym.robot import Robot
 from jet_gym.simulation.body import Pose
 from jet_gym.urdf import Array
 

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from jet_gym.errors import require_within
+from jet_gym.fans_and_servos import Fan
 from jet_gym.kinematics import forward_kinematics
-from jet_gym.robot import SIDES, Fan, Side
+from jet_gym.leg import SIDES, Side
 from jet_gym.simulation.body import RobotBody
 from jet_gym.simulation.imu import ComplementaryFilter, Imu, ImuSample
 from jet_gym.urdf import Array

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from jet_gym.kinematics import finite_array, forward_kinematics
-from jet_gym.robot import Robot, Side, jet_hr1
+from jet_gym.leg import Side
+from jet_gym.robot import Robot, jet_hr1
 from jet_gym.simulation.actuators import Actuators
 from jet_gym.simulation.body import Pose, RobotBody
 from jet_gym.simulation.bullet import configure, connect

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from jet_gym.balance import BalanceSettings
 from jet_gym.balance_space import BalanceSpace, compute_balance_space
 from jet_gym.figures.style import THRUST_COLOR
-from jet_gym.robot import Robot, Side, Vector
+from jet_gym.leg import Side, Vector
+from jet_gym.robot import Robot
 from jet_gym.studio.colors import rgb
 from jet_gym.studio.worker import LatestWorker, Stale
 from jet_gym.urdf import Array

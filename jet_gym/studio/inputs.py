@@ -10,7 +10,8 @@ from agents.planner import PLANNERS
 from jet_gym.balance import BalanceSettings, ThrustModel
 from jet_gym.courses import PAPER
 from jet_gym.fitness import FitnessSettings
-from jet_gym.robot import Robot, Side, Vector, jet_hr1
+from jet_gym.leg import Side, Vector
+from jet_gym.robot import Robot, jet_hr1
 from jet_gym.step import Step
 from jet_gym.studio.own_models import OwnModel
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from jet_gym.kinematics import forward_kinematics
+from jet_gym.leg import SIDES
 from jet_gym.plan import Plan
-from jet_gym.robot import SIDES
 from jet_gym.simulation.history import Execution
 from jet_gym.simulation.rotation import matrix
 from jet_gym.studio.motion import Motion, Pose
