@@ -26,6 +26,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, Literal
 
+import numpy as np
 import torch
 import tyro
 from rich.console import Console
@@ -43,11 +44,14 @@ from agents.training.run_folder import describe_run, write_json
 from agents.training.scaling import observation_scale
 from agents.training.validation import TEST_SEED, VALIDATION_SEED, Score, StepSet
 from agents.training.vec_env import StepVecEnv
+from jet_gym.envs.observation import COMPONENTS
 from jet_gym.envs.registration import ENVIRONMENT_ID
-from jet_gym.errors import JetGymError, SettingsError
+from jet_gym.envs.settings import TaskSettings
+from jet_gym.errors import JetGymError, SettingsError, require_within
 
 console = Console(stderr=True)
 _FIRST_SCALE_SEED = 900_000_000  # of the steps that give the scale of observations; training stays below
+_OBSERVED = tuple(component.name for component in COMPONENTS)
 _FIRST_IMITATION_SEED = 10_000_000  # of the steps that the expert plans
 
 
@@ -85,6 +89,8 @@ class TrainSettings:
     """Of generalised advantage estimation."""
     deviations: tuple[float, float] = (0.015, 0.003)
     """Standard deviation of the actions at the beginning and at the end, in search ranges; geometric in between."""
+    violation_cost: float = TaskSettings.violation_cost
+    """What a violated constraint costs PPO at least, in units of a point at full thrust."""
     rise: tuple[float, float] = (0.0, 0.0)
     """Shares of the training between which the cost of a violation rises from nothing; 0 0 for all at once."""
     replay: float = 0.0
@@ -93,6 +99,8 @@ class TrainSettings:
     """Environment steps at first in which the critic learns and the actor stays as it is."""
     hidden: tuple[int, ...] = (128, 128)
     """Sizes of the hidden layers, of actor and critic each."""
+    hide: tuple[str, ...] = ()
+    """Components of the observation that the policy does not get to see."""
     imitation: ImitationSettings = field(default_factory=ImitationSettings)
     """The warm start; --imitation.rounds 0 leaves it out."""
     difficulty: float = 1.0
@@ -114,20 +122,17 @@ class TrainSettings:
         for name in (*whole, "steps", "threads"):
             if getattr(self, name) < 1:
                 raise SettingsError(f"{name} must be 1 or more, not {getattr(self, name)}")
-        for name, value in (
-            ("learning_rates", min(self.learning_rates)),
-            ("target_kl", 1.0 if self.target_kl is None else self.target_kl),
-            ("deviations", min(self.deviations)),
-        ):
-            if not 0.0 < value < math.inf:
-                raise SettingsError(f"{name} must be finite and more than 0, not {value}")
+        require_within("learning_rates", min(self.learning_rates), above=True)
+        require_within("target_kl", 1.0 if self.target_kl is None else self.target_kl, above=True)
+        require_within("deviations", min(self.deviations), above=True)
         if not 0.0 <= self.rise[0] <= self.rise[1] <= 1.0:
             raise SettingsError(f"rise must be two shares of the training, the first one first, not {self.rise}")
         for name in ("gamma", "gae_lambda", "difficulty", "replay"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise SettingsError(f"{name} must lie between 0 and 1, not {getattr(self, name)}")
+            require_within(name, getattr(self, name), most=1.0)
         if not 0 <= self.seed < 2**31:
             raise SettingsError(f"seed must be a whole number of 0 or more, not {self.seed}")
+        if not set(self.hide) <= set(_OBSERVED):
+            raise SettingsError(f"hide must name components of the observation, {', '.join(_OBSERVED)}")
         if not self.hidden or min(self.hidden) < 1:
             raise SettingsError(f"hidden must be sizes of 1 or more, not {self.hidden}")
         if self.batch_size > self.lanes * self.rollout:
@@ -169,7 +174,9 @@ def train(settings: TrainSettings) -> Score:
         console.print(f"{steps:>10,} steps, {perf_counter() - started:5.0f} s: {score}")
 
     model.set_logger(configure(str(folder / "tensorboard"), ["tensorboard"]))
-    curriculum = Curriculum(settings.deviations, settings.rise, settings.steps, settings.critic_steps)
+    curriculum = Curriculum(
+        settings.deviations, settings.rise, settings.violation_cost, settings.steps, settings.critic_steps
+    )
     validate = Validate(validation, folder, settings.validate_every, about, report, best)
     steps_left = settings.steps - model.num_timesteps
     if steps_left > 0:
@@ -192,7 +199,11 @@ def _environments(settings: TrainSettings) -> VecEnv:
     if settings.physics == "quasistatic":
         envs: VecEnv = StepVecEnv(settings.lanes, settings.replay, settings.seed, difficulty=settings.difficulty)
     else:
-        arguments = {"physics": "bullet", "difficulty": settings.difficulty}
+        arguments = {
+            "physics": "bullet",
+            "difficulty": settings.difficulty,
+            "violation_cost": settings.violation_cost,
+        }
         envs = make_vec_env(f"jet_gym:{ENVIRONMENT_ID}", settings.lanes, env_kwargs=arguments)
     envs.seed(settings.seed * 1_000_000)
     return envs
@@ -202,6 +213,7 @@ def _fresh_model(settings: TrainSettings, envs: VecEnv) -> PPO:
     """Make a model, or take over what another one learnt."""
     with console.status("planning some steps with GAS for the scale of what is observed"):
         center, scale = observation_scale(150, _FIRST_SCALE_SEED)
+    scale[[name in settings.hide for name in _OBSERVED]] = np.inf
     policy: dict[str, Any] = {
         "net_arch": list(settings.hidden),
         "log_std_init": math.log(settings.deviations[0]),
@@ -283,7 +295,7 @@ def _settings_of(folder: Path) -> TrainSettings:
         saved = json.loads((folder / "run.json").read_text())["settings"]
         paths = {name: Path(saved[name]) if saved[name] else None for name in ("output", "resume", "start_from")}
         imitation = ImitationSettings(**saved.pop("imitation"))
-        pairs = {name: tuple(saved[name]) for name in ("hidden", "learning_rates", "deviations", "rise")}
+        pairs = {name: tuple(saved[name]) for name in ("hidden", "learning_rates", "deviations", "rise", "hide")}
         return TrainSettings(**(saved | paths | pairs), imitation=imitation)
     except (OSError, KeyError, TypeError, ValueError) as error:
         raise SettingsError(f"{folder} holds no run to go on with: {error}") from error

@@ -144,7 +144,7 @@ def test_the_scale_is_that_of_what_gas_meets() -> None:
 def test_the_curriculum_raises_the_cost_of_violations_and_narrows_exploration() -> None:
     envs = StepVecEnv(4)
     model = PPO("MlpPolicy", envs, n_steps=8, batch_size=32, n_epochs=1, policy_kwargs=_policy(envs), seed=0)
-    curriculum, seen = Curriculum((0.1, 0.001), (0.25, 0.75), 320), []
+    curriculum, seen = Curriculum((0.1, 0.001), (0.25, 0.75), 2.0, 320), []
 
     def note(*_: Any) -> bool:
         seen.append((model.num_timesteps, envs.get_attr("violation_cost")[0], float(model.policy.log_std.exp()[0])))

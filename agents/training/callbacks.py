@@ -18,7 +18,6 @@ from agents.training.extractor import network_of
 from agents.training.run_folder import write_json
 from agents.training.validation import Score, StepSet
 from agents.training.vec_env import StepVecEnv
-from jet_gym.envs.settings import TaskSettings
 from jet_gym.files import write_whole_with
 
 MODEL, NETWORK = "model.zip", "policy.npz"
@@ -48,15 +47,22 @@ class Curriculum(BaseCallback):
             geometrically and is not learnt.
         rise: Shares of the training at which the cost of a violation begins to rise from nothing, and at which it
             has risen; both 0 to leave it as it is.
+        violation_cost: What it rises to.
         steps: Environment steps of the training.
         critic_steps: Environment steps at first in which the actor stays as it is.
     """
 
     def __init__(
-        self, deviations: tuple[float, float], rise: tuple[float, float], steps: int, critic_steps: int = 0
+        self,
+        deviations: tuple[float, float],
+        rise: tuple[float, float],
+        violation_cost: float,
+        steps: int,
+        critic_steps: int = 0,
     ) -> None:
         super().__init__()
-        self._deviations, self._rise, self._steps, self._critic_steps = deviations, rise, steps, critic_steps
+        self._deviations, self._rise, self._violation_cost = deviations, rise, violation_cost
+        self._steps, self._critic_steps = steps, critic_steps
 
     def _on_rollout_start(self) -> None:
         policy: Any = self.model.policy
@@ -71,8 +77,8 @@ class Curriculum(BaseCallback):
         begin, end = self._rise
         if end > 0.0:
             risen = min(max((share - begin) / max(end - begin, 1e-9), 0.0), 1.0)
-            self.training_env.set_attr("violation_cost", risen * TaskSettings.violation_cost)
-            self.logger.record("train/violation_cost", risen * TaskSettings.violation_cost)
+            self.training_env.set_attr("violation_cost", risen * self._violation_cost)
+            self.logger.record("train/violation_cost", risen * self._violation_cost)
 
     def _on_step(self) -> bool:
         return True

@@ -1,0 +1,107 @@
+"""What makes the policy learn: one change at a time to train.py's defaults, all else alike, on a short training.
+
+    python -m benchmarks.ablations --output runs/ablations
+
+Every variant is trained by ``train.py`` in a folder of its own; one that has been judged already is not trained
+again, so that a run that was stopped goes on. The table is Markdown.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+_SOURCE = Path(__file__).resolve().parents[1]
+_AHEAD = [f"{where}_points_ahead_{axis}" for where in ("three",) for axis in "xyz"]
+_AHEAD += [f"one_point_ahead_{axis}" for axis in "xyz"]
+_COM = [f"com_{vector}_if_staying_{axis}" for vector in ("from_zmp", "to_line") for axis in "xy"]
+_ALONE = ["--imitation.rounds", "0", "--critic-steps", "0", "--deviations", "0.135", "0.006"]
+_ALONE += ["--learning-rates", "6e-4", "2e-5"]
+
+VARIANTS: dict[str, list[str]] = {
+    "the defaults": [],
+    "PPO alone, violations dear at once": _ALONE,
+    "PPO alone, violations dearer and dearer": [*_ALONE, "--rise", "0.3", "0.6"],
+    "imitating the optimum itself": ["--imitation.mu", "0.3"],
+    "imitating a more careful expert": ["--imitation.mu", "15"],
+    "path ahead not seen, landing alone": ["--hide", *_AHEAD],
+    "landing not seen, path ahead alone": ["--hide", *(f"landing_{axis}" for axis in "xyz")],
+    "centre of mass in metres alone": ["--hide", *_COM],
+    "violation cost 0.5": ["--violation-cost", "0.5"],
+    "violation cost 5": ["--violation-cost", "5"],
+    "as much noise at the end as at first": ["--deviations", "0.015", "0.015"],
+    "half of the episodes on failed steps": ["--replay", "0.5"],
+    "discount 0.99": ["--gamma", "0.99"],
+    "layers of 64": ["--hidden", "64", "64"],
+    "layers of 256": ["--hidden", "256", "256"],
+}
+"""What is changed in each variant, as train.py's arguments."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What each variant gets."""
+
+    output: Path = Path("runs/ablations")
+    """Folder of the runs."""
+    steps: int = 1_000_000
+    """Environment steps of PPO."""
+    steps_alone: int = 2_000_000
+    """The same without imitation, which takes about as long."""
+    rounds: int = 50
+    """Rounds of imitation."""
+    seed: int = 0
+    """Seed of every run."""
+    test_steps: int = 200
+    """Steps on which the variants are judged."""
+    jobs: int = 1
+    """Variants trained side by side."""
+
+
+def train(settings: Settings, name: str) -> dict[str, float] | None:
+    """Train a variant unless it has been; return its score, ``None`` where training failed."""
+    folder = settings.output / name.replace(" ", "-").replace(",", "")
+    if not (folder / "test.json").exists():
+        alone = "--imitation.rounds" in VARIANTS[name]
+        begun = (folder / "checkpoint" / "model.zip").exists()
+        command = [sys.executable, "train.py"]
+        if begun:
+            command += ["--resume", str(folder.resolve())]
+        else:
+            command += ["--output", str(folder.resolve()), "--seed", str(settings.seed), "--threads", "1"]
+            command += ["--steps", str(settings.steps_alone if alone else settings.steps)]
+            command += [] if alone else ["--imitation.rounds", str(settings.rounds)]
+            command += ["--test-steps", str(settings.test_steps), *VARIANTS[name]]
+        print(f"training: {name}", file=sys.stderr, flush=True)
+        if subprocess.run(command, cwd=_SOURCE, stderr=subprocess.DEVNULL, check=False).returncode != 0:
+            return None
+    score: dict[str, float] = json.loads((folder / "test.json").read_text())["policy"]
+    return score
+
+
+def main() -> int:
+    """Run the command; return its exit code."""
+    settings = tyro.cli(Settings, description=__doc__)
+    with ThreadPoolExecutor(settings.jobs) as pool:
+        scores = dict(zip(VARIANTS, pool.map(lambda name: train(settings, name), VARIANTS), strict=True))
+    print("| variant | below GAS on | of GAS's fitness, median | points violated | steps violated |")
+    print("|---|---|---|---|---|")
+    for name, score in scores.items():
+        if score is None:
+            print(f"| {name} | training failed | | | |")
+            continue
+        print(
+            f"| {name} | {score['wins']:.0%} | {score['median_ratio']:.2f} "
+            f"| {score['violated_points']:.2%} | {score['violated_steps']:.1%} |"
+        )
+    return 0 if None not in scores.values() else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
