@@ -197,7 +197,13 @@ def train(settings: TrainSettings) -> Score:
 
 def _environments(settings: TrainSettings) -> VecEnv:
     if settings.physics == "quasistatic":
-        envs: VecEnv = StepVecEnv(settings.lanes, settings.replay, settings.seed, difficulty=settings.difficulty)
+        envs: VecEnv = StepVecEnv(
+            settings.lanes,
+            settings.replay,
+            settings.seed,
+            difficulty=settings.difficulty,
+            violation_cost=settings.violation_cost,
+        )
     else:
         arguments = {
             "physics": "bullet",

@@ -287,3 +287,14 @@ def test_jet_gym_train_is_train_py() -> None:
     assert "--deviations" in done.stdout
     assert "train" in cli.commands
     assert CliRunner().invoke(cli, ["--help"]).output.count("Train a posture policy") == 1
+
+
+def test_a_violation_costs_what_training_says() -> None:
+    steps = [StepVecEnv(1, violation_cost=cost) for cost in (0.5, 5.5)]
+    lowest = []
+    for env in steps:
+        env.seed(0)
+        env.reset()
+        _, rewards, _, _ = env.step(np.ones((1, 3), dtype=np.float32))
+        lowest.append(float(rewards[0]))
+    assert lowest[1] < lowest[0] - 4.0
