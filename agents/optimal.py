@@ -10,7 +10,9 @@ under the same constraints and search ranges:
    until the total changes by less than the tolerance.
 
 The plan of GAS is refined in the same way, and the better path is taken. So the result is never worse than that
-plan; that it is the global optimum is checked against brute force and many restarts, not proven.
+plan; that it is the global optimum is checked against brute force and many restarts, not proven. Where a constraint
+stays broken, the lattice may have stepped over a feasible set that is too thin: then the best of many plans of
+GAS and GA is refined too.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ from typing import ClassVar
 import numpy as np
 
 from agents.barrier import bring_inside, polish
-from agents.genetic import GasPlanner
+from agents.genetic import GaPlanner, GasPlanner
 from agents.lattice import (
     FAR,
     Lattices,
@@ -37,6 +39,7 @@ from agents.lattice import (
     trace_back,
 )
 from agents.planner import Planner, Progress, check_seed
+from agents.refinement import RefinementSettings, refine_path, violates
 from jet_gym.errors import SettingsError, require_within
 from jet_gym.leg import Leg
 from jet_gym.plan import Plan
@@ -46,6 +49,7 @@ from jet_gym.urdf import Array
 _INSIDE = 1e-7  # [m] that lattices keep from the edges of the search ranges, so that a path can be polished
 _JOINT_ARM = 0.15  # [m] a pelvis that is off by this times an angle turns some joint by about that angle
 _MU = (1.0, 0.1, 10.0)  # where the interior-point method begins, in turns
+_RANDOM_SEARCHES = 20  # each of GAS and GA, where a constraint stays broken
 _MOST_NODES = 40_000_000  # of a coarse search, kept in memory as floats
 
 
@@ -118,6 +122,10 @@ class OptimalPlanner(Planner):
         if coarse is not None:
             path, total = search.refine(coarse)
             if total < least:
+                best, least = path, total
+        if violates(search.model, search.points, best):
+            path, total = search.refine(self._best_of_random_searches(search, step))
+            if total < least:
                 best = path
         seconds = perf_counter() - started
         if progress is not None:
@@ -133,6 +141,19 @@ class OptimalPlanner(Planner):
             solve_time=np.full(step.points, seconds / step.points),
             evaluations=np.full(step.points, math.ceil(search.evaluations / step.points)),
         )
+
+    def _best_of_random_searches(self, search: _Search, step: Step) -> Array:
+        """Return the path (N, 3) [m] to start from where the lattice stepped over a feasible set that is too thin.
+
+        It is the best of several plans of GAS and GA, each refined.
+        """
+        clouds, costs = RefinementSettings().clouds, []
+        paths: list[Array] = []
+        for planner in (GasPlanner(self.balance, self.fitness), GaPlanner(self.balance, self.fitness)):
+            for seed in range(_RANDOM_SEARCHES):
+                paths.append(planner.plan(step, seed).pelvis.copy())
+                costs.append(refine_path(search.model, search.points, clouds, paths[-1]))
+        return paths[int(np.argmin(costs))]
 
     def plan_many(self, steps: Sequence[Step], threads: int = 2, progress: Progress | None = None) -> list[Plan]:
         """Plan many steps side by side; the plans are those of :meth:`plan`.

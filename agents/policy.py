@@ -1,8 +1,8 @@
 """A trained policy as a planner: it chooses the pelvis at each swing point from what it observes.
 
 ``refine`` adds candidates around the policy's path and takes the best path through them
-(:mod:`agents.refinement`), which mends most constraints that the network would break. Where one stays broken, the
-path of GAS is refined in the same way, and the better one taken.
+(:mod:`agents.refinement`), which mends most constraints that the network would break. Where one stays broken, many
+more candidates are spread more widely, at last around the path of GAS, and the best path is taken.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from jet_gym.urdf import Array
 if TYPE_CHECKING:
     from jet_gym.envs.model import TaskModel
 
+_WIDE = RefinementSettings(candidates=64, sweeps=8, widest=20e-3, narrowest=1e-3)  # where a constraint stays broken
 SHIPPED_POLICY = Path(__file__).parent / "policies" / "jet_hr1_step_v0" / "policy.npz"
 
 
@@ -141,17 +142,22 @@ class PolicyPlanner(BatchPlanner):
         return [paths[: step.points, lane].copy() for lane, step in enumerate(steps)]
 
     def _refined(self, step: Step, path: Array) -> Array:
-        """Refine a path; where a constraint stays broken, refine that of GAS too, and return the better one."""
+        """Refine a path; where a constraint stays broken, search more widely, at last around the path of GAS."""
         ranges = self.task.settings
         model, points = search_of_step(
             step, self.balance, self.fitness, first_range=ranges.first_range, search_range=ranges.later_range
         )
         clouds = RefinementSettings(candidates=self.refine, sweeps=self.sweeps).clouds
-        cost = refine_path(model, points, clouds, path)
-        if not violates(model, points, path):
-            return path
-        other: Array = GasPlanner(self.balance, self.fitness).plan(step).pelvis.copy()
-        return other if refine_path(model, points, clouds, other) < cost else path
+        least = refine_path(model, points, clouds, path)
+        for turn in (1.0, -1.0, 0.0):
+            if not violates(model, points, path):
+                break
+            other: Array = path.copy() if turn else GasPlanner(self.balance, self.fitness).plan(step).pelvis.copy()
+            refine_path(model, points, (turn or 1.0) * _WIDE.clouds, other)
+            cost = refine_path(model, points, clouds, other)
+            if cost < least:
+                path, least = other, cost
+        return path
 
     def _plan_of(self, step: Step, path: Array, seed: int, seconds: float) -> Plan:
         return Plan.from_pelvis_path(
@@ -173,6 +179,7 @@ class PolicyPlanner(BatchPlanner):
             (path,) = self._propose([shortest])
         if self.refine:
             self._refined(shortest, path)
+            _ = _WIDE.clouds
             GasPlanner(self.balance, self.fitness).warm_up(shortest)
 
 
