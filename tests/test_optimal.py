@@ -154,7 +154,7 @@ def test_a_seed_that_is_none_is_refused() -> None:
 
 def test_a_feasible_set_too_thin_for_the_lattice_is_found_all_the_same() -> None:
     """A far landing backward, of which the lattice alone finds no path that keeps the thrust's limit to the end."""
-    step = Step("right", (0.0342, -0.2168, 0.0257), (-0.5678, -0.3903, 0.0229), (0, 0.1125, 0), apex=0.11, points=33)
+    step = Step("right", (0.0342, -0.2168, 0.0257), (-0.5678, -0.3903, 0.0229), (0, 0.1125, 0), 0.11, 33)
     plan = make_planner("optimal").plan(step)
     assert plan.violated_points == ()
     assert plan.total_fitness <= min(make_planner("ga").plan(step, seed).total_fitness for seed in range(10))
