@@ -50,15 +50,17 @@ class Settings:
 
     output: Path = Path("runs/ablations")
     """Folder of the runs."""
-    steps: int = 1_000_000
+    steps: int = 800_000
     """Environment steps of PPO."""
-    steps_alone: int = 2_000_000
+    steps_alone: int = 1_600_000
     """The same without imitation, which takes about as long."""
-    rounds: int = 50
+    rounds: int = 40
     """Rounds of imitation."""
     seed: int = 0
     """Seed of every run."""
-    test_steps: int = 200
+    validation_steps: int = 50
+    """Steps on which the best model of a run is chosen."""
+    test_steps: int = 100
     """Steps on which the variants are judged."""
     jobs: int = 1
     """Variants trained side by side."""
@@ -77,6 +79,7 @@ def train(settings: Settings, name: str) -> dict[str, float] | None:
             command += ["--output", str(folder.resolve()), "--seed", str(settings.seed), "--threads", "1"]
             command += ["--steps", str(settings.steps_alone if alone else settings.steps)]
             command += [] if alone else ["--imitation.rounds", str(settings.rounds)]
+            command += ["--validation-steps", str(settings.validation_steps)]
             command += ["--test-steps", str(settings.test_steps), *VARIANTS[name]]
         print(f"training: {name}", file=sys.stderr, flush=True)
         if subprocess.run(command, cwd=_SOURCE, stderr=subprocess.DEVNULL, check=False).returncode != 0:
