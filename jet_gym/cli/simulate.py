@@ -139,8 +139,10 @@ def _table(execution: Execution) -> Table:
         ("least ZMP margin (mm)", f"{1e3 * s.least_zmp_margin:.1f}"),
         ("ZMP margin 99 % of the time (mm)", f"{1e3 * s.low_zmp_margin:.1f}"),
         ("worst slip of a support foot (mm)", f"{1e3 * s.worst_slip:.2f}"),
-        ("soles from where they should be (mm)", f"{1e3 * s.landing_error:.1f}"),
-        ("outcome", "stands" if s.success else f"fell: {s.cause}"),
+        ("soles from their places at touchdown (mm)", f"{1e3 * s.touchdown_error:.1f}"),
+        ("soles from their places at the end (mm)", f"{1e3 * s.landing_error:.1f}"),
+        ("touchdown before a motion's end (s)", f"{s.earliest_touchdown:.2f}"),
+        ("outcome", s.verdict),
     ):
         table.add_row(name, value)
     return table

@@ -72,7 +72,7 @@ def _claims(trials: list[Execution], without: Execution, where: str, statement: 
             "quasistatic balance.",
             f"Peak thrust {peak:.1f} of {limit:g} N, worst tilt of the pelvis {tilt:.1f}° with the fans; without "
             f"them {without.summary.outcome}.",
-            verdict(len(made) == len(trials) and without.fallen),
+            verdict(len(made) == len(trials) and without.summary.fallen),
         ),
     )
 
@@ -88,7 +88,7 @@ def _table(trials: list[Execution], feedforward: Execution, without: Execution) 
         rows.append(
             (
                 name,
-                "stands" if s.success else f"fell: {s.cause}",
+                s.verdict,
                 f"{s.duration:.1f}",
                 f"{s.peak_thrust:.2f}",
                 f"{s.mean_thrust:.2f}",

@@ -14,6 +14,7 @@ from jet_gym.errors import SettingsError, require_within
 from jet_gym.leg import Side
 from jet_gym.plan import Plan
 from jet_gym.simulation.course import Course, CourseSettings, Phase, make_course
+from jet_gym.simulation.diagnosis import Demands
 from jet_gym.simulation.disturbances import Disturbance
 from jet_gym.simulation.history import Execution, History
 from jet_gym.simulation.imu import Imu, ImuSettings
@@ -42,6 +43,11 @@ class ExecutionSettings:
             one lifts off.
         airborne_share: Share [1] of the weight; a swing foot that carries less is in the air, and the PID acts.
         patience: Time [s] that is waited for either.
+        landing_tolerance: Largest distance [m] of a foot from its planned place, at touchdown and at the end, in an
+            execution that succeeds. Cartons are 20 mm longer than the soles at toe and heel and 5 mm wider at each
+            side: 15 mm let at most 10 mm of a sole hang over, half of the margin that plans keep the ZMP from its
+            edge.
+        slip_tolerance: Largest distance [m] that a support foot may slide in an execution that succeeds.
     """
 
     thrust: ThrustControl = "feedforward"
@@ -54,6 +60,8 @@ class ExecutionSettings:
     lift_off_share: float = 0.75
     airborne_share: float = 0.03
     patience: float = 1.0
+    landing_tolerance: float = 0.015
+    slip_tolerance: float = 0.01
 
     def __post_init__(self) -> None:
         """Refuse settings outside of what is allowed.
@@ -63,8 +71,10 @@ class ExecutionSettings:
         """
         if self.thrust not in get_args(ThrustControl):
             raise SettingsError(f"thrust must be 'feedforward' or 'pid', not {self.thrust!r}")
-        for name in ("fan_power", "carrying_share", "lift_off_share", "airborne_share", "patience"):
-            require_within(name, getattr(self, name), most=math.inf if name == "patience" else 1.0)
+        for name in ("fan_power", "carrying_share", "lift_off_share", "airborne_share"):
+            require_within(name, getattr(self, name), most=1.0)
+        for name in ("patience", "landing_tolerance", "slip_tolerance"):
+            require_within(name, getattr(self, name))
 
 
 def execute(
@@ -116,7 +126,9 @@ def execute(
         world.disturb(disturbance or Disturbance())
         run = _Run(world, course, _disturbed(settings, disturbance), int(seed), progress)
         run.run()
-        return run.history.execution(course, settings.thrust, int(seed), run.failure)
+        weight = plans[0].step.robot.mass * settings.simulation.gravity
+        demands = Demands(settings.landing_tolerance, settings.slip_tolerance, settings.airborne_share * weight)
+        return run.history.execution(course, settings.thrust, int(seed), run.failure, demands)
 
 
 def _disturbed(settings: ExecutionSettings, disturbance: Disturbance | None) -> ExecutionSettings:

@@ -15,7 +15,7 @@ from jet_gym.files import write_whole
 from jet_gym.leg import SIDES, Side
 from jet_gym.plan import Plan
 from jet_gym.simulation.course import Course
-from jet_gym.simulation.diagnosis import Summary, summarize
+from jet_gym.simulation.diagnosis import Demands, Summary, summarize
 from jet_gym.simulation.measurement import Measurement
 from jet_gym.simulation.support import support_margin
 from jet_gym.simulation.world import World
@@ -84,11 +84,6 @@ class Execution:
     soles: Array = field(repr=False)
     slip: Array = field(repr=False)
     summary: Summary
-
-    @property
-    def fallen(self) -> bool:
-        """Whether the robot fell or did not get where it was to go."""
-        return not self.summary.success
 
     def columns(self) -> dict[str, Array | NDArray[np.str_]]:
         """Return the series as flat columns (N,) by name, with their units in the names."""
@@ -211,7 +206,9 @@ class History:
         for name, value in row.items():
             self._rows.setdefault(name, []).append(value)
 
-    def execution(self, course: Course, thrust_control: str, seed: int, failure: str) -> Execution:
+    def execution(
+        self, course: Course, thrust_control: str, seed: int, failure: str, demands: Demands
+    ) -> Execution:
         """Return what was gathered.
 
         Args:
@@ -219,9 +216,10 @@ class History:
             thrust_control: How the thrust was controlled.
             seed: Of the IMU.
             failure: Why it ended early; empty if it did not.
+            demands: What is asked of it.
         """
         series = {name: np.array(values) for name, values in self._rows.items()}
-        summary = summarize(course.plans, series, failure)
+        summary = summarize(course.plans, series, failure, demands)
         return Execution(plans=course.plans, thrust_control=thrust_control, seed=seed, summary=summary, **series)
 
     def _look(self) -> tuple[tuple[float, float], Array]:

@@ -78,7 +78,7 @@ class Simulated:
             zmp_margin=execution.zmp_margin,
             tilt=execution.tilt,
             outcome=execution.summary.outcome,
-            fallen=execution.fallen,
+            fallen=not execution.summary.success,
         )
 
     def tilt_at(self, time: float) -> float:
