@@ -8,7 +8,9 @@ import pytest
 
 from agents.planner import make_planner
 from jet_gym.cli import run
+from jet_gym.cli.changes import setting_values, with_changes
 from jet_gym.courses import PAPER
+from jet_gym.simulation import ExecutionSettings, PidSettings, SimulationSettings
 
 pytest.importorskip("pybullet")
 
@@ -36,7 +38,7 @@ def test_a_plan_is_executed_and_logged(side_file, tmp_path, capsys):
 def test_a_robot_that_falls_is_exit_code_1_and_a_sentence(tmp_path, capsys):
     path = tmp_path / "forward.json"
     make_planner("gas").plan(replace(PAPER.forward, points=60, duration=6.0)).save(path)
-    assert run(["simulate", str(path), "--fan-power", "0"]) == 1
+    assert run(["simulate", str(path), "--set", "fan_power=0"]) == 1
     captured = capsys.readouterr()
     (sentence,) = captured.err.strip().splitlines()
     assert sentence.startswith("the robot fell at ")
@@ -63,8 +65,12 @@ def test_the_film_shows_the_whole_execution(side_file, tmp_path):
     [
         (["nowhere.json"], "cannot read the plan nowhere.json"),
         (["paper", "other.json"], "paper is a course by itself"),
-        (["paper", "--fan-power", "2"], "fan_power must lie between 0 and 1"),
-        (["paper", "--time-scale", "0"], "time_scale must be more than 0"),
+        (["paper", "--set", "fan_power=2"], "fan_power must lie between 0 and 1"),
+        (["paper", "--set", "course.time_scale=0"], "time_scale must be more than 0"),
+        (["paper", "--set", "pid.proportionel=1"], "near it: pid.proportional"),
+        (["paper", "--set", "pid.derivative"], "--set needs NAME=VALUE"),
+        (["paper", "--set", "pid.derivative=much"], "pid.derivative must be a number, not 'much'"),
+        (["paper", "--set", "simulation.sample_every=1.5"], "simulation.sample_every must be a whole number"),
         (["paper", "--video", "course.gif"], "must end in .mp4"),
         (["paper", "--size", "641", "480"], "width must be an even whole number"),
         (["paper", "--log", "no/such/folder/log.csv"], "its folder does not exist"),
@@ -77,6 +83,25 @@ def test_bad_input_is_one_sentence_and_exit_code_2(arguments, sentence, capsys):
     assert run(["simulate", *arguments]) == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert sentence in line
+
+
+def test_settings_are_listed_with_units_and_defaults(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    assert run(["simulate", "--settings"]) == 0
+    printed = capsys.readouterr().out
+    for line in ("pid.proportional", "35  Moment over tilt [N m/rad]", "course.time_scale", "landing_tolerance"):
+        assert line in printed
+    assert "thrust " not in "".join(line.split("  ")[0] for line in printed.splitlines())
+
+
+def test_settings_are_changed_and_the_rest_stays():
+    changed = with_changes(ExecutionSettings(), ["pid.proportional=60", "fan_power = 0.5", "simulation.rate=480"])
+    assert changed == ExecutionSettings(
+        pid=PidSettings(proportional=60.0), fan_power=0.5, simulation=SimulationSettings(rate=480.0)
+    )
+    names = dict(setting_values(ExecutionSettings()))
+    assert {"course.time_scale", "imu.delay", "pid.fan_time", "simulation.position_gain", "patience"} <= set(names)
+    assert "thrust" not in names
 
 
 def test_a_course_that_does_not_fit_together_is_refused(side_file, capsys):

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,18 @@ from agents.planner import make_planner
 from jet_gym.cli import run
 from jet_gym.courses import PAPER
 from jet_gym.simulation import CourseSettings, Disturbance, DisturbanceRanges, ExecutionSettings, SimulationSettings
-from jet_gym.simulation.robustness import associations, causes, extremes, quantities, success_rate
+from jet_gym.simulation.limits import (
+    FACTORS,
+    End,
+    _find_limit,
+    ends_by_limit,
+    find_limits,
+    in_order_of_breaking,
+    load_limits,
+    range_ends,
+    save_limits,
+)
+from jet_gym.simulation.robustness import associations, causes, quantities, success_rate
 from jet_gym.simulation.trials import Experiment, Trial, TrialsFileError, load_trials, run_trials, save_trials
 
 pytest.importorskip("pybullet")
@@ -55,6 +67,8 @@ class TestTrials:
             run_trials(experiment, 3, 1, progress=interrupt, save=lambda kept: save_trials(path, experiment, kept))
         kept = load_trials(path, experiment)
         assert kept == trials[:3]
+        pid_alone = dataclasses.replace(experiment, controls=("pid",))
+        assert run_trials(pid_alone, 1, 1, kept) == [trial for trial in trials[:2] if trial.control == "pid"]
         ran: list[int] = []
         assert run_trials(experiment, 3, 1, kept, progress=lambda done, _: ran.append(done)) == trials
         assert ran == [4, 5, 6]
@@ -130,24 +144,94 @@ class TestAnalysis:
         with pytest.raises(ValueError, match="no trial with feedforward"):
             success_rate([made_up(0, True)], "feedforward")
 
-    def test_extremes_disturb_one_quantity_at_a_time(self):
-        ranges = DisturbanceRanges()
-        found = extremes(ranges, 20.0, 2)
-        assert len({(name, value) for name, value, _ in found}) == len(found) == 2 * 13 + 4
-        for name, _, disturbance in found:
-            changed = [
-                field.name
-                for field in dataclasses.fields(Disturbance)
-                if getattr(disturbance, field.name) != field.default
-            ]
-            assert len(changed) == 1, (name, changed)
-        gains = [disturbance.thrust_gain for name, _, disturbance in found if name == "thrust gain"]
-        assert gains == pytest.approx([0.9, 1.1])
-
     def test_quantities_are_numbers(self):
         numbers = quantities(DisturbanceRanges().draw(np.random.default_rng(0), 20.0, 2))
         assert all(math.isfinite(value) for value in numbers.values())
         assert {"block height 1", "block height 2", "largest push", "thrust gain"} <= set(numbers)
+
+
+def without_simulation(
+    monkeypatch: pytest.MonkeyPatch, succeeds: Callable[[Disturbance], bool], ran: list[Disturbance]
+) -> None:
+    """Let trials end as a rule says, instead of simulating them."""
+
+    def made(self: Experiment, number: int, control: Any, disturbance: Disturbance) -> Trial:
+        ran.append(disturbance)
+        trial = made_up(number, succeeds(disturbance))
+        return dataclasses.replace(trial, control=control, disturbance=disturbance)
+
+    monkeypatch.setattr(Experiment, "run", made)
+
+
+class TestLimits:
+    def test_ends_disturb_one_quantity_at_a_time(self):
+        ranges = DisturbanceRanges()
+        found = range_ends(ranges, 20.0, 2)
+        assert len({(end.quantity, end.end) for end in found}) == len(found) == 2 * 13 + 4
+        for end in found:
+            changed = [
+                field.name
+                for field in dataclasses.fields(Disturbance)
+                if getattr(end.disturbance, field.name) != field.default
+            ]
+            assert len(changed) == 1, (end.quantity, changed)
+        gains = [end.disturbance.thrust_gain for end in found if end.quantity == "thrust gain"]
+        assert gains == pytest.approx([0.9, 1.1])
+        assert [end.value for end in found if end.quantity == "thrust gain"] == ["-10 %", "+10 %"]
+
+    def test_the_first_factor_that_is_too_much_is_found(self, experiment, monkeypatch):
+        plain = dataclasses.replace(experiment, ranges=DisturbanceRanges(), controls=("pid",))
+        for least_gain in (0.91, 0.9, 0.8, 0.72, 0.7, 0.55, 0.5, 0.4):
+            ran: list[Disturbance] = []
+            without_simulation(monkeypatch, lambda drawn, least=least_gain: drawn.thrust_gain > least + 1e-9, ran)
+            limits = {(limit.quantity, limit.end): limit for limit in find_limits(plain, jobs=1)}
+            expected = next((f for f in FACTORS if 1.0 - 0.1 * f <= least_gain + 1e-9), None)
+            assert limits["thrust gain", "low"].factor == expected
+            assert sum(drawn.thrust_gain < 1.0 for drawn in ran) <= 5
+            reached = 5.0 if expected is None else expected
+            assert limits["thrust gain", "low"].value == f"{-10.0 * reached:+.3g} %"
+            others = [limit for key, limit in limits.items() if key != ("thrust gain", "low")]
+            assert {limit.factor for limit in others} == {None}
+            broken = in_order_of_breaking(list(limits.values()), "pid")
+            assert [limit.factor for limit in broken] == [expected] * (expected is not None)
+
+    def test_the_first_to_break_comes_first(self, experiment, monkeypatch):
+        plain = dataclasses.replace(experiment, ranges=DisturbanceRanges())
+        without_simulation(
+            monkeypatch, lambda d: (d.friction or 1.0) > 0.2 and (d.fan_lag or 0.0) < 0.7 and not d.pushes, []
+        )
+        limits = find_limits(plain, jobs=1)
+        first = in_order_of_breaking(limits, "feedforward")
+        assert [(limit.quantity, limit.factor) for limit in first] == [
+            *[("push", 1.0)] * 4, ("friction", 2.0), ("fan lag", 4.0),
+        ]  # fmt: skip
+        assert [quantity for quantity, _ in ends_by_limit(limits)][:6] == [*["push"] * 4, "friction", "fan lag"]
+
+    def test_what_was_interrupted_is_taken_up_again(self, experiment, monkeypatch, tmp_path):
+        path, ran = tmp_path / "limits.json", []
+        without_simulation(monkeypatch, lambda drawn: drawn.thrust_gain > 0.75, ran)
+        plain = dataclasses.replace(experiment, ranges=DisturbanceRanges())
+
+        def interrupt(done: int, _: int) -> None:
+            if done == 7:
+                raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt):
+            find_limits(plain, 1, progress=interrupt, save=lambda kept: save_limits(path, plain, kept))
+        kept = load_limits(path, plain)
+        assert len(kept) == 7
+        ran.clear()
+        resumed = find_limits(plain, 1, kept)
+        assert resumed == find_limits(plain, 1)
+        with pytest.raises(TrialsFileError, match="limits of another experiment: ranges differ"):
+            load_limits(path, experiment)
+
+    def test_a_real_limit(self, experiment):
+        """Without nearly all of its friction the robot cannot stand."""
+        frictions = {f: End("friction", "low", f"{0.4 / f:g}", Disturbance(friction=1e-3)) for f in FACTORS}
+        limit = _find_limit(experiment, frictions, "pid")
+        assert limit.factor == 1.0
+        assert limit.cause
 
 
 @pytest.fixture
@@ -161,7 +245,7 @@ class TestCommand:
     def test_it_reports_and_resumes(self, plan_file, tmp_path, capsys):
         folder = tmp_path / "result"
         folder.mkdir()
-        arguments = ["robustness", plan_file, "--jobs", "1", "--no-extremes", "--output", str(folder)]
+        arguments = ["robustness", plan_file, "--jobs", "1", "--no-limits", "--output", str(folder)]
         assert run([*arguments, "--trials", "1"]) == 0
         assert run([*arguments, "--trials", "2", "--resume", "--plot", str(tmp_path / "plot.svg")]) == 0
         printed = capsys.readouterr().out
@@ -190,7 +274,7 @@ class TestCommand:
 
     def test_ctrl_c_leaves_a_whole_file_and_one_sentence(self, plan_file, tmp_path):
         path = Path(tmp_path) / "trials.json"
-        arguments = [plan_file, "--jobs", "2", "--trials", "500", "--no-extremes", "--output", str(path)]
+        arguments = [plan_file, "--jobs", "2", "--trials", "500", "--no-limits", "--output", str(path)]
         process = subprocess.Popen(
             [sys.executable, "-m", "jet_gym.cli", "robustness", *arguments],
             stdout=subprocess.PIPE,
@@ -202,9 +286,10 @@ class TestCommand:
         while not path.exists() and time.monotonic() < deadline and process.poll() is None:
             time.sleep(0.2)
         os.killpg(process.pid, signal.SIGINT)  # as a terminal does: the workers get it too
-        _, errors = process.communicate(timeout=300.0)
+        printed, errors = process.communicate(timeout=300.0)
         assert process.returncode == 130, errors
         assert errors.strip().splitlines()[-1] == "jet-gym: interrupted; what was written is whole"
         assert "Traceback" not in errors
+        assert "trials, seed 0" in printed  # what there is so far
         kept = load_trials(path)
         assert 0 < len(kept) < 1000

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from jet_gym.cli.options import seed_option
+from jet_gym.cli.changes import changes_option, with_changes
+from jet_gym.cli.options import CONTROL_NAMES, seed_option
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -37,14 +38,7 @@ FELL = 1
 )
 @click.option("--fps", type=float, default=12.0, show_default=True, help="Frames per second of the film [1/s].")
 @click.option("--log", type=click.Path(path_type=Path), help="Time series (csv), 60 rows a second.")
-@click.option(
-    "--time-scale", type=float, default=0.8, show_default=True,
-    help="Duration of a motion over that of its plan [1].",
-)  # fmt: skip
-@click.option(
-    "--fan-power", type=float, default=1.0, show_default=True,
-    help="Share of the commanded thrust that reaches the fans [1]; 0 switches them off.",
-)  # fmt: skip
+@changes_option
 def simulate_command(
     plans: tuple[str, ...],
     thrust: Any,
@@ -55,26 +49,25 @@ def simulate_command(
     size: tuple[int, int],
     fps: float,
     log: Path | None,
-    time_scale: float,
-    fan_power: float,
+    changes: tuple[str, ...],
 ) -> int:
     """Execute plans one after the other, or the paper's course (PAPER), which GAS plans by itself.
 
     \b
     jet-gym simulate paper --thrust pid --video course.mp4 --log course.csv
     jet-gym plan side --output side.json && jet-gym simulate side.json
+    jet-gym simulate paper --set fan_power=0
 
     The robot stands, shifts its weight, steps, changes its support foot, steps, and stands. Prints a table; exits
-    with 1 if the robot falls. The seed is that of the planner and of the IMU's noise.
+    with 1 if the robot falls, or a foot touches down or slides further from its place than is allowed. The seed is
+    that of the planner and of the IMU's noise.
     """  # noqa: D301
     from jet_gym.cli.console import console, progress_bar
     from jet_gym.files import check_writable
-    from jet_gym.simulation.course import CourseSettings
     from jet_gym.simulation.execution import ExecutionSettings, execute
     from jet_gym.simulation.film import FilmSettings, check_film_path, film
 
-    course = CourseSettings(time_scale=time_scale)
-    settings = ExecutionSettings(thrust=thrust, course=course, fan_power=fan_power)
+    settings = with_changes(ExecutionSettings(thrust=thrust), changes)
     film_settings = FilmSettings(*size, frames_per_second=fps)
     if log is not None:
         check_writable(log)
@@ -125,7 +118,7 @@ def _table(execution: Execution) -> Table:
     from jet_gym.cli.console import plain_table
 
     s = execution.summary
-    thrust = {"feedforward": "feed-forward", "pid": "feed-forward and PID"}[execution.thrust_control]
+    thrust = CONTROL_NAMES[execution.thrust_control]
     table = plain_table(f"{len(execution.plans)} plan{'s' * (len(execution.plans) > 1)}, thrust by {thrust}")
     table.show_header = False
     table.add_column()

@@ -1,11 +1,12 @@
-"""How often the robot stands under disturbances, and which of them it falls over."""
+"""How often the course succeeds under disturbances, and which of them break it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from jet_gym.figures import style
+from jet_gym.simulation.limits import FACTORS, ends_by_limit
 from jet_gym.simulation.robustness import associations, success_rate
 
 if TYPE_CHECKING:
@@ -13,41 +14,51 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from jet_gym.simulation.execution import ThrustControl
-    from jet_gym.simulation.robustness import Extreme
+    from jet_gym.simulation.limits import Limit
+    from jet_gym.simulation.robustness import Association
     from jet_gym.simulation.trials import Trial
 
 _LOOKS = {"feedforward": ("feed-forward", "#E69F00"), "pid": ("with PID", "#0072B2")}
+_SHIFTS = (0.16, -0.16)  # of the two ways to control the thrust, in rows
 
 
 def plot_robustness(
-    trials: Sequence[Trial], controls: Sequence[ThrustControl], extremes: Sequence[Extreme] = ()
+    trials: Sequence[Trial], controls: Sequence[ThrustControl], limits: Sequence[Limit] = ()
 ) -> Figure:
-    """Draw success rates, what failures have to do with, and one disturbance at a time.
+    """Draw success rates, what failures have to do with, and how far one disturbance at a time may go.
 
-    Left, the share of the trials [%] in which the robot stands, with 95 % intervals. In the middle, by disturbance,
-    the probability [%] that a failed trial had more of it than one that succeeded; filled where that is further
-    from 50 % than chance makes it once in a hundred times. Right, the ZMP's margin [mm] with one disturbance at an
-    end of its range; a cross where the robot fell.
+    Left, the share of the trials [%] that succeed, with 95 % intervals. In the middle, by disturbance, the
+    probability [%] that a failed trial had more of it than one that succeeded; filled where that is further from
+    50 % than chance makes it once in a hundred times; without enough failures there is no such panel. Right, how
+    many times its range a disturbance by itself reaches where the robot first fails; an arrow where it never does.
 
     Args:
         trials: The trials.
         controls: Ways to control the thrust, in order.
-        extremes: One disturbance at a time; without any, there is no panel on the right.
+        limits: One disturbance at a time; without any, there is no panel on the right.
     """
-    figure = style.new_figure(12.0 if extremes else 8.0, 5.4)
-    widths = [1.0, 2.2, 2.2] if extremes else [1.0, 2.2]
-    panels = figure.subplots(1, len(widths), gridspec_kw={"width_ratios": widths})
+    found = {control: associations(trials, control) for control in controls}
+    telling = {control: ranked for control, ranked in found.items() if ranked}
+    widths = [1.0, *([2.2] if telling else []), *([2.2] if limits else [])]
+    rows = max([16 if telling else 0, len(ends_by_limit(limits)) if limits else 0])
+    figure = style.new_figure(1.6 + 2.3 * sum(widths), max(4.6, 1.6 + 0.19 * rows))
+    panels = list(figure.subplots(1, len(widths), gridspec_kw={"width_ratios": widths}, squeeze=False)[0])
     number = max(sum(trial.control == control for trial in trials) for control in controls)
-    style.add_heading(figure, f"The course under random disturbances, {number} trials")
-    _draw_rates(panels[0], trials, controls)
-    _draw_associations(panels[1], trials, controls)
-    if extremes:
-        _draw_extremes(panels[2], extremes, controls)
+    style.add_heading(
+        figure,
+        "The course under disturbances",
+        f"{number} random draws" + ("; one disturbance at a time" if limits else ""),
+    )
+    _draw_rates(panels.pop(0), trials, controls)
+    if telling:
+        _draw_associations(panels.pop(0), telling)
+    if limits:
+        _draw_limits(panels.pop(0), limits, controls)
     return figure
 
 
 def _draw_rates(axes: Axes, trials: Sequence[Trial], controls: Sequence[ThrustControl]) -> None:
-    style.label_axes(axes, y_label="robot stands [% of the trials]")
+    style.label_axes(axes, y_label="success [% of the trials]")
     for place, control in enumerate(controls):
         color = _LOOKS[control][1]
         rate = success_rate(trials, control)
@@ -60,18 +71,12 @@ def _draw_rates(axes: Axes, trials: Sequence[Trial], controls: Sequence[ThrustCo
     axes.set_ylim(0.0, 102.0)
 
 
-def _draw_associations(axes: Axes, trials: Sequence[Trial], controls: Sequence[ThrustControl]) -> None:
+def _draw_associations(axes: Axes, telling: Mapping[ThrustControl, Sequence[Association]]) -> None:
     style.label_axes(axes, x_label="probability that a failed trial had more of it [%]")
-    found = {control: {entry.quantity: entry for entry in associations(trials, control)} for control in controls}
-    telling = {control: entries for control, entries in found.items() if entries}
-    if not telling:
-        axes.text(
-            0.5, 0.5, "too few trials failed", transform=axes.transAxes, ha="center", fontsize=style.TEXT_SIZE
-        )
-        return
-    names = list(next(iter(telling.values())))[::-1]
-    for shift, (control, entries) in zip((0.14, -0.14), telling.items(), strict=False):
+    names = [entry.quantity for entry in next(iter(telling.values()))][::-1]
+    for shift, (control, ranked) in zip(_SHIFTS, telling.items(), strict=False):
         name, color = _LOOKS[control]
+        entries = {entry.quantity: entry for entry in ranked}
         for row, quantity in enumerate(names):
             entry = entries[quantity]
             axes.plot(
@@ -88,26 +93,31 @@ def _draw_associations(axes: Axes, trials: Sequence[Trial], controls: Sequence[T
     _add_legend(axes)
 
 
-def _draw_extremes(axes: Axes, extremes: Sequence[Extreme], controls: Sequence[ThrustControl]) -> None:
-    style.label_axes(axes, x_label="ZMP margin 99 % of the time [mm]")
-    labels = list(dict.fromkeys(f"{entry.quantity} {entry.value}" for entry in extremes))[::-1]
-    rows = {label: row for row, label in enumerate(labels)}
-    for shift, control in zip((0.14, -0.14), controls, strict=False):
+def _draw_limits(axes: Axes, limits: Sequence[Limit], controls: Sequence[ThrustControl]) -> None:
+    style.label_axes(axes, x_label="where the robot fails [times the range]")
+    ends = ends_by_limit(limits)[::-1]
+    rows = {end: row for row, end in enumerate(ends)}
+    for shift, control in zip(_SHIFTS, controls, strict=False):
         name, color = _LOOKS[control]
-        chosen = [entry for entry in extremes if entry.trial.control == control]
-        for order, entry in enumerate(chosen):
-            margin = 1e3 * (entry.trial.low_zmp_margin or 0.0)
-            stands = entry.trial.success
+        for order, limit in enumerate(entry for entry in limits if entry.control == control):
+            row = rows[limit.quantity, limit.end] + shift
+            reached = FACTORS[-1] if limit.factor is None else limit.factor
+            axes.plot([0.0, reached], [row, row], color=style.tint(color, 0.6), linewidth=1.2)
             axes.plot(
-                margin if stands else 0.0,
-                rows[f"{entry.quantity} {entry.value}"] + shift,
-                "o" if stands else "x",
+                reached,
+                row,
+                ">" if limit.factor is None else "x",
                 color=color,
-                markersize=5.0 if stands else 7.0,
+                markersize=5.0,
+                markerfacecolor="white" if limit.factor is None else color,
+                clip_on=False,
                 label=name if order == 0 else None,
             )
-    axes.set_yticks(range(len(labels)), labels)
-    axes.tick_params(axis="y", labelsize=0.8 * style.TEXT_SIZE)
+    axes.axvline(1.0, color=style.FAINT_INK, linewidth=1.0)
+    axes.set_yticks(range(len(ends)), [f"{quantity}, {end}" for quantity, end in ends])
+    axes.tick_params(axis="y", labelsize=0.85 * style.TEXT_SIZE)
+    axes.set_xlim(0.0, FACTORS[-1] + 0.15)
+    axes.set_ylim(-0.8, len(ends) - 0.2)
     _add_legend(axes)
 
 

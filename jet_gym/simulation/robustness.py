@@ -1,4 +1,4 @@
-"""How robust an execution is: success rates with intervals, and which disturbance breaks it first."""
+"""How robust an execution is: success rates with intervals, and what failures have to do with."""
 
 from __future__ import annotations
 
@@ -6,17 +6,14 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from jet_gym.leg import Vector
-from jet_gym.simulation.disturbances import LINKS, Disturbance, DisturbanceRanges, Push
+from jet_gym.simulation.disturbances import Disturbance
 from jet_gym.simulation.execution import ThrustControl
-from jet_gym.simulation.trials import Experiment, Progress, Trial
+from jet_gym.simulation.trials import Trial
 
 _LEAST_FAILURES = 3  # with fewer, nothing is said of what they have in common
-_EVERY_DIRECTION = (("forward", 0.0), ("left", 0.5 * math.pi), ("back", math.pi), ("right", 1.5 * math.pi))
 
 
 @dataclass(frozen=True)
@@ -55,21 +52,6 @@ class Association:
     quantity: str
     probability: float
     p_value: float
-
-
-@dataclass(frozen=True)
-class Extreme:
-    """One quantity at an end of its range while nothing else is disturbed.
-
-    Attributes:
-        quantity: Its name.
-        value: What it was, with its unit.
-        trial: What happened.
-    """
-
-    quantity: str
-    value: str
-    trial: Trial
 
 
 def success_rate(trials: Sequence[Trial], control: ThrustControl) -> Rate:
@@ -136,77 +118,6 @@ def associations(trials: Sequence[Trial], control: ThrustControl) -> list[Associ
         probability = float(test.statistic) / (len(failed) * len(succeeded))
         ranked.append(Association(name, probability, float(test.pvalue)))
     return sorted(ranked, key=lambda entry: (entry.p_value, entry.quantity))
-
-
-def extremes(ranges: DisturbanceRanges, duration: float, steps: int) -> list[tuple[str, str, Disturbance]]:
-    """Return the disturbances in which one quantity is at an end of its range, with its name and its value.
-
-    A push comes in the middle of each of the equal parts of the time in which one would be drawn.
-    """
-    found: list[tuple[str, str, Disturbance]] = []
-
-    def add(name: str, value: str, **change: Any) -> None:
-        found.append((name, value, Disturbance(**change)))
-
-    for sign in (-1.0, 1.0):
-        for name, links in (("pelvis mass", range(1)), ("leg masses", range(1, LINKS))):
-            factors = tuple(1.0 + sign * ranges.mass * (k in links) for k in range(LINKS))
-            add(name, f"{100.0 * sign * ranges.mass:+.0f} %", mass_factors=factors)
-        for axis, name in enumerate(("pelvis CoM forward", "pelvis CoM left", "pelvis CoM up")):
-            shift = [0.0, 0.0, 0.0]
-            shift[axis] = sign * ranges.pelvis_com
-            add(name, f"{1e3 * shift[axis]:+.0f} mm", pelvis_com=tuple(shift))
-        add(
-            "thrust gain",
-            f"{100.0 * sign * ranges.thrust_gain:+.0f} %",
-            thrust_gain=1.0 + sign * ranges.thrust_gain,
-        )
-        for step in range(steps):
-            heights = tuple(sign * ranges.block_height * (k == step) for k in range(steps))
-            add(f"block height {step + 1}", f"{1e3 * heights[step]:+.0f} mm", block_heights=heights)
-    for name, field, scale, unit in (
-        ("friction", "friction", 1.0, ""),
-        ("sole stiffness", "contact_stiffness", 1e-3, " N/mm"),
-        ("IMU noise", "imu_noise", 1.0, " times"),
-        ("IMU delay", "imu_delay", 1e3, " ms"),
-        ("fan lag", "fan_lag", 1e3, " ms"),
-    ):
-        for value in getattr(ranges, field):
-            add(name, f"{scale * value:g}{unit}", **{field: value})
-    impulse = ranges.push_impulse[1]
-    for direction, angle in _EVERY_DIRECTION if ranges.pushes else ():
-        force: Vector = (math.cos(angle) * impulse / ranges.push_duration, 0.0, 0.0)
-        force = (force[0], math.sin(angle) * impulse / ranges.push_duration, 0.0)
-        times = duration * (np.arange(ranges.pushes) + 0.5) / ranges.pushes
-        pushes = tuple(Push(float(time), ranges.push_duration, force) for time in times)
-        add("push", f"{impulse:g} N s {direction}", pushes=pushes)
-    return sorted(found, key=lambda entry: entry[0])
-
-
-def run_extremes(experiment: Experiment, jobs: int = -1, progress: Progress | None = None) -> list[Extreme]:
-    """Execute with one quantity after the other at the ends of its range, through joblib.
-
-    Args:
-        experiment: What is executed.
-        jobs: Processes; -1 is one a core.
-        progress: Called with how many executions are done and how many there are.
-    """
-    import joblib
-
-    from jet_gym.simulation.course import make_course
-
-    duration = make_course(experiment.plans, experiment.settings.course).duration
-    found = extremes(experiment.ranges, duration, len(experiment.plans))
-    wanted = [(entry, control) for control in experiment.controls for entry in found]
-    parallel = joblib.Parallel(n_jobs=jobs, return_as="generator")
-    results = []
-    for number, trial in enumerate(
-        parallel(joblib.delayed(experiment.run)(0, control, entry[2]) for entry, control in wanted), start=1
-    ):
-        results.append(trial)
-        if progress is not None:
-            progress(number, len(wanted))
-    return [Extreme(entry[0], entry[1], trial) for (entry, _), trial in zip(wanted, results, strict=True)]
 
 
 def _known(value: float | None) -> float:

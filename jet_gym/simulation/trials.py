@@ -5,12 +5,10 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from time import monotonic
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -20,12 +18,13 @@ from jet_gym.plan import Plan
 from jet_gym.simulation.course import make_course
 from jet_gym.simulation.disturbances import Disturbance, DisturbanceRanges, Push
 from jet_gym.simulation.execution import ExecutionSettings, ThrustControl, execute
+from jet_gym.simulation.parallel import run_in_parallel
 from jet_gym.simulation.settings import SimulationSettings
 
 FORMAT = "jet-gym-robustness/1"
 CONTROLS: tuple[ThrustControl, ThrustControl] = ("feedforward", "pid")
-_SAVE_EVERY = 5.0  # [s]
 Progress = Callable[[int, int], None]
+Result = TypeVar("Result")
 
 
 def _coarse_settings() -> ExecutionSettings:
@@ -148,27 +147,16 @@ def run_trials(
     Returns:
         The trials, by number and control.
     """
-    import joblib
-
-    kept = {trial.key: trial for trial in done if trial.number < trials}
     wanted = [(number, control) for number in range(trials) for control in experiment.controls]
+    kept: dict[tuple[int, str], Trial] = {trial.key: trial for trial in done if trial.key in set(wanted)}
     missing = [key for key in wanted if key not in kept]
-    parallel = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered", pre_dispatch="2 * n_jobs")
-    saved = monotonic()
-    try:
-        if missing:
-            results: Iterator[Trial] = parallel(joblib.delayed(experiment.run)(*key) for key in missing)
-            with closing(results):  # type: ignore[type-var]
-                for trial in results:
-                    kept[trial.key] = trial
-                    if progress is not None:
-                        progress(len(kept), len(wanted))
-                    if save is not None and monotonic() - saved > _SAVE_EVERY:
-                        save(_in_order(kept))
-                        saved = monotonic()
-    finally:
-        if save is not None:
-            save(_in_order(kept))
+
+    def take(trial: Trial) -> None:
+        kept[trial.key] = trial
+        if progress is not None:
+            progress(len(kept), len(wanted))
+
+    run_in_parallel(experiment.run, missing, jobs, take, None if save is None else lambda: save(_in_order(kept)))
     return _in_order(kept)
 
 
@@ -196,25 +184,47 @@ def load_trials(path: str | Path, experiment: Experiment | None = None) -> list[
     Raises:
         TrialsFileError: If the file cannot be read, is damaged or of another experiment.
     """
+    return load_results(path, FORMAT, "trials", _trial, experiment)
+
+
+def load_results(
+    path: str | Path,
+    kind: str,
+    name: str,
+    read: Callable[[Mapping[str, Any]], Result],
+    experiment: Experiment | None,
+) -> list[Result]:
+    """Read the results of an experiment from a JSON file.
+
+    Args:
+        path: The file.
+        kind: What its field ``format`` must be.
+        name: Of the field that holds the results.
+        read: Makes a result of an entry of that field.
+        experiment: What they must be of; anything where omitted.
+
+    Raises:
+        TrialsFileError: If the file cannot be read, is damaged or of another experiment.
+    """
     try:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
-        raise TrialsFileError(f"cannot read the trials {path}: {error.strerror}") from error
+        raise TrialsFileError(f"cannot read the {name} {path}: {error.strerror}") from error
     except ValueError as error:
-        raise TrialsFileError(f"{path} holds no trials: it is not JSON") from error
-    if not isinstance(data, dict) or data.get("format") != FORMAT:
-        raise TrialsFileError(f"{path} holds no trials: field 'format' must be {FORMAT!r}")
+        raise TrialsFileError(f"{path} holds no {name}: it is not JSON") from error
+    if not isinstance(data, dict) or data.get("format") != kind:
+        raise TrialsFileError(f"{path} holds no {name}: field 'format' must be {kind!r}")
     if experiment is not None:
         ours, theirs = json.loads(json.dumps(experiment.description())), data.get("experiment")
         if ours != theirs:
             different = [name for name in ours if not isinstance(theirs, dict) or ours[name] != theirs.get(name)]
             raise TrialsFileError(
-                f"{path} holds trials of another experiment: {', '.join(different)} differ; name another file"
+                f"{path} holds {name} of another experiment: {', '.join(different)} differ; name another file"
             )
     try:
-        return [_trial(entry) for entry in data["trials"]]
+        return [read(entry) for entry in data[name]]
     except (KeyError, TypeError, ValueError) as error:
-        raise TrialsFileError(f"{path}: field 'trials' is damaged ({error})") from error
+        raise TrialsFileError(f"{path}: field {name!r} is damaged ({error})") from error
 
 
 def _trial(entry: Mapping[str, Any]) -> Trial:
