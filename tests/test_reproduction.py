@@ -28,6 +28,7 @@ SMALLEST = {
     "study_plans": 1,
     "thrust_resolution": 30.0,
     "trials": 1,
+    "draws": 1,
     "rounds": 1,
 }
 FIGURES = ("05", "06", "07", "08", "09", "10", "11")

@@ -25,6 +25,7 @@ class Settings:
         study_plans: Plans of each motion and variant in the studies of omega and of the estimates.
         thrust_resolution: Spacing of the pelvis' places [mm] where the least thrust is looked for.
         trials: Trials of the experiment in simulation.
+        draws: Draws of the disturbances under which it is repeated.
         rounds: Rounds of the race of calculation times.
     """
 
@@ -34,6 +35,7 @@ class Settings:
     study_plans: int = 10
     thrust_resolution: float = 5.0
     trials: int = 5
+    draws: int = 30
     rounds: int = 7
 
     def __post_init__(self) -> None:
@@ -47,7 +49,7 @@ class Settings:
     def quick(self) -> Settings:
         """Return settings that take a tenth of the time."""
         return replace(
-            self, plans=5, space_resolution=40.0, study_plans=3, thrust_resolution=10.0, trials=2, rounds=3
+            self, plans=5, space_resolution=40.0, study_plans=3, thrust_resolution=10.0, trials=2, draws=2, rounds=3
         )
 
     def seeds(self, count: int) -> range:

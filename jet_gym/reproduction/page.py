@@ -17,6 +17,7 @@ _SETTING_NAMES = {
     "study_plans": "plans of each variant in the studies",
     "thrust_resolution": "grid of the least thrust (mm)",
     "trials": "trials of the experiment",
+    "draws": "draws of the disturbances",
     "rounds": "rounds of the calculation times",
 }
 

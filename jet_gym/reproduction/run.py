@@ -20,6 +20,7 @@ from jet_gym.reproduction.model import Chapter, Report, Settings, Table
 from jet_gym.reproduction.page import render_page
 from jet_gym.reproduction.planning import planning_chapter, smoothness_chapter
 from jet_gym.reproduction.robot import robot_chapter
+from jet_gym.reproduction.robustness import robustness_chapter
 from jet_gym.reproduction.space import space_chapter
 from jet_gym.reproduction.timing import timing_chapter
 
@@ -47,6 +48,7 @@ PARTS = (
     Part("planners, Figs. 6 to 9", planning_chapter),
     Part("calculation time, Fig. 10", timing_chapter),
     Part("experiment in simulation, Fig. 11", experiment_chapter),
+    Part("robustness", robustness_chapter),
     Part("smoothness weight", smoothness_chapter),
     Part("estimates", estimates_chapter),
 )
