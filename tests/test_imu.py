@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from jet_gym.errors import SettingsError
-from jet_gym.simulation.imu import ComplementaryFilter, Imu, ImuSample, ImuSettings
+from jet_gym.simulation.imu import ComplementaryFilter, Imu, ImuSample, ImuSettings, RestCalibration
 
 GRAVITY = 9.81
 PERFECT = ImuSettings(
@@ -80,6 +80,35 @@ class TestImu:
     def test_settings_that_make_no_sense_are_refused(self, change):
         with pytest.raises(SettingsError, match=next(iter(change))):
             ImuSettings(**change)
+
+
+class TestRestCalibration:
+    @pytest.mark.parametrize("seed", range(5))
+    def test_after_a_rest_the_errors_are_nearly_gone(self, seed):
+        """What remains is the noise of half a second's mean."""
+        settings = ImuSettings(accelerometer_bias=0.3, gyroscope_bias=0.05, delay=0.0)
+        calibration, tilts, turns = RestCalibration(0.5), [], []
+        for sample in watch(settings, at_rest, 3.0, seed):
+            corrected = calibration.corrected(sample)
+            if sample.time > 0.5:
+                tilts.append(corrected.acceleration[:2] / GRAVITY)
+                turns.append(corrected.angular_velocity)
+            else:
+                assert corrected.acceleration[:2] == pytest.approx([0.0, 0.0])
+        assert np.abs(np.mean(tilts, axis=0)).max() < math.radians(0.15)
+        assert np.abs(np.mean(turns, axis=0)).max() < 2e-3
+
+    def test_a_turn_after_it_is_measured_in_full(self):
+        calibration, spin = RestCalibration(0.2), np.array([0.1, -0.2, 0.3])
+        samples = watch(PERFECT, lambda t: (np.eye(3), np.zeros(3), spin * (t > 0.2)), 0.4)
+        last = [calibration.corrected(sample) for sample in samples][-1]
+        assert last.angular_velocity == pytest.approx(spin)
+        assert last.acceleration == pytest.approx([0.0, 0.0, GRAVITY])
+
+    def test_without_a_rest_nothing_is_corrected(self):
+        calibration = RestCalibration(0.0)
+        for sample in watch(ImuSettings(), at_rest, 0.3, seed=1):
+            assert calibration.corrected(sample) is sample
 
 
 class TestComplementaryFilter:

@@ -160,7 +160,9 @@ class _Run:
         self._frame = settings.simulation.sample_every * settings.simulation.time_step
         self._weight = world.robot.mass * settings.simulation.gravity
         imu = Imu(settings.imu, settings.simulation.gravity, np.random.default_rng(seed))
-        self._feedback = AttitudeFeedback(world.body, imu, settings.pid, settings.simulation.time_step)
+        self._feedback = AttitudeFeedback(
+            world.body, imu, settings.pid, settings.simulation.time_step, settings.course.stand_time
+        )
         self._swing: Side = course.plans[0].step.swing
         self._plan = 0
         self.history = History(world)

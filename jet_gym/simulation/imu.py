@@ -114,6 +114,31 @@ class Imu:
         return ImuSample(time, measured[0], measured[1])
 
 
+class RestCalibration:
+    """Takes for an error of the IMU what it says on average while the robot stands still, its pelvis level.
+
+    Args:
+        duration: How long that is, from time 0 [s]; with 0 nothing is corrected.
+    """
+
+    def __init__(self, duration: float) -> None:
+        self._duration = duration
+        self._sum: Array = np.zeros((2, 3))
+        self._count = 0
+
+    def corrected(self, sample: ImuSample) -> ImuSample:
+        """Return a sample without the error; while the robot rests, one that says so."""
+        if sample.time <= self._duration:
+            self._sum += (sample.acceleration, sample.angular_velocity)
+            self._count += 1
+            return ImuSample(sample.time, np.array([0.0, 0.0, np.linalg.norm(sample.acceleration)]), np.zeros(3))
+        if self._count == 0:
+            return sample
+        acceleration, turning = self._sum / self._count
+        tilted = acceleration - [0.0, 0.0, np.linalg.norm(acceleration)]
+        return ImuSample(sample.time, sample.acceleration - tilted, sample.angular_velocity - turning)
+
+
 class ComplementaryFilter:
     """Estimates which way is up: the gyroscope over short times, the accelerometer over long ones.
 

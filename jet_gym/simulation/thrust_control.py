@@ -19,7 +19,7 @@ from jet_gym.fans_and_servos import Fan
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.leg import SIDES, Side
 from jet_gym.simulation.body import RobotBody
-from jet_gym.simulation.imu import ComplementaryFilter, Imu, ImuSample
+from jet_gym.simulation.imu import ComplementaryFilter, Imu, ImuSample, RestCalibration
 from jet_gym.urdf import Array
 
 _LEAST_LEVER = 0.1  # [m]
@@ -42,16 +42,19 @@ class PidSettings:
         integral_limit: Largest moment of the integral part [N m].
         dead_band: Tilt [rad] that is left alone: servos and soles yield by so much anyway.
         filter_time: Time constant of the complementary filter [s].
+        zeroing_time: Time [s] in which the robot stands at first, and in which the IMU's errors are measured; no
+            longer than the robot does stand. With 0 they stay.
         fan_time: Time constant [s] with which a fan of the robot's own lag follows the correction thanks to the
             lead; not below a hundredth of that lag.
     """
 
-    proportional: float = 35.0
-    integral: float = 20.0
-    derivative: float = 8.0
-    integral_limit: float = 1.5
-    dead_band: float = math.radians(0.3)
+    proportional: float = 45.0
+    integral: float = 40.0
+    derivative: float = 10.0
+    integral_limit: float = 3.0
+    dead_band: float = math.radians(0.1)
     filter_time: float = 1.0
+    zeroing_time: float = 0.5
     fan_time: float = 0.04
 
     def __post_init__(self) -> None:
@@ -135,11 +138,15 @@ class AttitudeFeedback:
         imu: Its IMU.
         settings: Of the PID.
         time_step: Simulation step [s].
+        standing: How long the robot stands at first [s].
     """
 
-    def __init__(self, body: RobotBody, imu: Imu, settings: PidSettings, time_step: float) -> None:
+    def __init__(
+        self, body: RobotBody, imu: Imu, settings: PidSettings, time_step: float, standing: float = 0.0
+    ) -> None:
         self._body = body
         self._imu = imu
+        self._calibration = RestCalibration(min(settings.zeroing_time, standing))
         self._filter = ComplementaryFilter(settings.filter_time)
         self._pid = Pid(settings)
         self._leads = {
@@ -166,7 +173,7 @@ class AttitudeFeedback:
         self._time += self._time_step
         if self._imu.due(self._time):
             self._imu.measure(self._time, *self._body.imu_motion())
-        for sample in self._imu.arrived(self._time):
+        for sample in map(self._calibration.corrected, self._imu.arrived(self._time)):
             self.up = self._filter.update(sample)
             elapsed, self._last_sample = sample.time - self._last_sample, sample.time
             if self.active:
