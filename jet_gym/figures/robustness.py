@@ -47,7 +47,7 @@ def plot_robustness(
     style.add_heading(
         figure,
         "The course under disturbances",
-        f"{number} random draws" + ("; one disturbance at a time" if limits else ""),
+        f"{number} random draw{'s' * (number > 1)}" + ("; one disturbance at a time" if limits else ""),
     )
     _draw_rates(panels.pop(0), trials, controls)
     if telling:

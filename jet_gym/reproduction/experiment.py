@@ -12,11 +12,13 @@ from jet_gym.courses import PAPER
 from jet_gym.figures import plot_execution, plot_pictures, png_bytes
 from jet_gym.reproduction.model import Chapter, Claim, Picture, Report, Settings, Table, verdict
 from jet_gym.simulation import Execution, ExecutionSettings, execute
+from jet_gym.simulation.camera import CameraSettings
 from jet_gym.simulation.film import FilmSettings, frames
 from jet_gym.simulation.parallel import run_in_parallel
 
 _FRAMES_OF_A_MOTION = (0.0, 0.4, 0.7, 1.0)  # shares of its time
 _FRAME = FilmSettings(width=480, height=360)
+_STILL = CameraSettings(follow=1.0)  # between stills it need not move smoothly
 _LONGEST = 24.0  # [s]
 _NO_BULLET = "PyBullet is not installed, so that the experiment is left out; pip install jet-gym[bullet] adds it."
 
@@ -154,7 +156,7 @@ def _film(trial: Execution) -> Picture:
         "fig-11-experiment",
         "Fig. 11: motions 1 and 2",
         "The robot on its cartons in simulation; the arrow is the thrust.",
-        png_bytes(plot_pictures(list(frames(trial, rows, _FRAME)), captions), dots_per_inch=150.0),
+        png_bytes(plot_pictures(list(frames(trial, rows, _FRAME, _STILL)), captions), dots_per_inch=150.0),
     )
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from jet_gym.errors import SettingsError, require_within
 from jet_gym.files import check_writable, write_whole_with
 from jet_gym.simulation.body import Pose
+from jet_gym.simulation.camera import CameraSettings
 from jet_gym.simulation.history import Execution
 from jet_gym.simulation.overlay import Overlay
 from jet_gym.simulation.renderer import Renderer
@@ -116,11 +117,23 @@ def film_rows(execution: Execution, settings: FilmSettings) -> list[int]:
     return [int(row) for row in np.searchsorted(execution.time, times - 1e-9)]
 
 
-def frames(execution: Execution, rows: list[int], settings: FilmSettings) -> Iterator[NDArray[np.uint8]]:
-    """Draw rows of an execution: pictures (height, width, 3), red, green, blue."""
+def frames(
+    execution: Execution, rows: list[int], settings: FilmSettings, camera: CameraSettings | None = None
+) -> Iterator[NDArray[np.uint8]]:
+    """Draw rows of an execution: pictures (height, width, 3), red, green, blue.
+
+    Args:
+        execution: What to show.
+        rows: Its rows, in order.
+        settings: Size of the pictures.
+        camera: From where it is seen and how the camera follows; as in a film where omitted.
+    """
     robot = execution.plans[0].step.robot
     size = settings.width, settings.height
-    with World(robot) as world, Renderer(robot, *size, supersampling=settings.supersampling) as renderer:
+    with (
+        World(robot) as world,
+        Renderer(robot, *size, supersampling=settings.supersampling, camera=camera) as renderer,
+    ):
         shown = -1
         for row in rows:
             shown = _place(world, execution, row, shown)
