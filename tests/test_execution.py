@@ -9,6 +9,7 @@ import pytest
 from agents.planner import make_planner
 from jet_gym.courses import PAPER
 from jet_gym.errors import SettingsError, StepError
+from jet_gym.kinematics import forward_kinematics
 from jet_gym.plan import Plan
 from jet_gym.simulation import CourseSettings, Disturbance, Execution, ExecutionSettings, execute, make_course
 from jet_gym.simulation.landing import find_landings
@@ -201,11 +202,34 @@ class TestCourse:
             assert before.joint_positions[-1] == pytest.approx(after.joint_positions[0], abs=1e-9)
 
     def test_a_motion_goes_through_the_plans_postures_and_thrusts(self, plans):
-        (motion,) = (phase for phase in make_course(plans[:1]).phases if phase.kind == "motion")
+        course = make_course(plans[:1], CourseSettings(clearance=0.0))
+        (motion,) = (phase for phase in course.phases if phase.kind == "motion")
         for posture, thrust in zip(plans[0].joint_positions, plans[0].thrust, strict=True):
             distance = np.abs(motion.joint_positions - posture).max(axis=1)
             assert distance.min() < 0.01
             assert motion.thrust[distance.argmin()] == pytest.approx(thrust, abs=0.1)
+
+    @pytest.mark.parametrize("number", [0, 1])
+    def test_the_swing_foot_leaves_and_comes_down_nearly_straight(self, plans, robot, number):
+        """By forward kinematics from the support foot, with the pelvis as planned."""
+        plan = plans[number]
+        swing, support = (0, 1) if plan.step.swing == "left" else (1, 0)
+        ways = {}
+        for clearance in (0.0, 0.008):
+            (motion,) = (
+                p for p in make_course([plan], CourseSettings(clearance=clearance)).phases if p.kind == "motion"
+            )
+            soles = forward_kinematics(robot, motion.joint_positions).soles
+            ways[clearance] = soles[:, swing] - soles[:, support]
+        raised = ways[0.008] - ways[0.0]
+        assert np.abs(raised[:, :2]).max() < 1e-4
+        assert raised[[0, -1], 2] == pytest.approx([0.0, 0.0], abs=1e-6)
+        assert raised[50:-50, 2] == pytest.approx(0.008, abs=1e-4)
+        height = ways[0.008][:, 2]
+        for near, far in ((0, 35), (-1, -36)):  # within 0.35 s of lift-off and landing
+            aside = np.hypot(*(ways[0.008][far, :2] - ways[0.008][near, :2]))
+            assert height[far] - height[near] > 6e-3
+            assert aside < 6e-3
 
     def test_slow_servos_stretch_time(self, plans, robot):
         fast, slow = (make_course(plans, CourseSettings(speed_share=share)) for share in (1.0, 0.1))

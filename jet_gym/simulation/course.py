@@ -28,6 +28,7 @@ from jet_gym.simulation.double_support import (
     reachable_target,
     soles_after,
     soles_before,
+    swing_and_support,
 )
 from jet_gym.urdf import Array
 
@@ -47,6 +48,9 @@ class CourseSettings:
             the weight on the support foot before the other one lifts off.
         time_scale: Duration of a motion over that of its plan [1].
         ease_time: Time [s] in which a motion gets up to speed after lift-off, and slows down before landing.
+        clearance: By how much the swing foot is higher than planned [m] on the way, so that it leaves its carton
+            and comes down on the next one nearly straight, even if they are not as high as expected.
+        clearance_time: Time [s] in which it gets there after lift-off, and comes down from there before landing.
         transition_time: Time [s] from one support foot to the other.
         finish_time: Time [s] in which the pelvis goes between the feet at the end and the thrust dies away.
         rest_time: Time [s] that the robot stands at the end.
@@ -56,7 +60,9 @@ class CourseSettings:
     stand_time: float = 0.5
     shift_time: float = 2.0
     time_scale: float = 0.8
-    ease_time: float = 0.6
+    ease_time: float = 1.0
+    clearance: float = 0.008
+    clearance_time: float = 0.5
     transition_time: float = 3.0
     finish_time: float = 1.5
     rest_time: float = 0.5
@@ -69,8 +75,8 @@ class CourseSettings:
             SettingsError: A ``ValueError`` that names the setting and what it may be.
         """
         for field in dataclasses.fields(self):
-            most = 1.0 if field.name == "speed_share" else 1e3
-            require_within(field.name, getattr(self, field.name), 0.0, most, above=True)
+            most = {"speed_share": 1.0, "clearance": 0.05}.get(field.name, 1e3)
+            require_within(field.name, getattr(self, field.name), 0.0, most, above=field.name != "clearance")
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,8 +192,26 @@ class _Builder:
         time = _grid(duration)
         along = plan.time[-1] * _eased(time / duration, min(self._settings.ease_time / duration, 0.5))
         joints = PchipInterpolator(plan.time, plan.joint_positions)(along)
+        rise = min(self._settings.clearance_time, 0.5 * duration)
+        raised = self._settings.clearance * _smooth(time / rise) * _smooth((duration - time) / rise)
+        joints = joints + self._bend(plan, along, raised)
+        joints = np.clip(joints, self._robot.lower, self._robot.upper)
         thrust = PchipInterpolator(plan.time, plan.thrust)(along)
         return _phase(name, "motion", index, self._stretched(time, joints), joints, thrust)
+
+    def _bend(self, plan: Plan, along: Array, raised: Array) -> Array:
+        """Return by how much the joints (K, 12) [rad] raise the swing sole (K,) [m] at times (K,) of a plan."""
+        from scipy.interpolate import PchipInterpolator
+
+        path = np.column_stack([plan.pelvis, np.unwrap(plan.pelvis_yaw), plan.swing_sole])
+        path = PchipInterpolator(plan.time, path)(along)
+        pelvis, yaw, sole = path[:, :3], path[:, 3], path[:, 4:]
+        higher = sole + raised[:, None] * [0.0, 0.0, 1.0]
+        joints = [
+            double_support_joints(self._robot, swing_and_support(plan.step, place), pelvis, yaw)[0]
+            for place in (higher, sole)
+        ]
+        return joints[0] - joints[1]
 
     def transition(self, name: str, index: int, plan: Plan, following: Plan) -> Phase:
         """Move the pelvis from one support to the other; one fan dies away before the other's rises."""

@@ -81,15 +81,16 @@ def _stands(robot: Robot, soles: dict[Side, ArrayLike], pelvis: Array, pelvis_ya
 
 def soles_before(step: Step) -> dict[Side, ArrayLike]:
     """Return where the soles stand before a step, by leg."""
-    return _by_leg(step, step.start)
+    return swing_and_support(step, step.start)
 
 
 def soles_after(step: Step) -> dict[Side, ArrayLike]:
     """Return where the soles stand after a step, by leg."""
-    return _by_leg(step, step.landing)
+    return swing_and_support(step, step.landing)
 
 
-def _by_leg(step: Step, swing_sole: ArrayLike) -> dict[Side, ArrayLike]:
+def swing_and_support(step: Step, swing_sole: ArrayLike) -> dict[Side, ArrayLike]:
+    """Return where the soles are, by leg, with the swing sole somewhere (..., 3) [m]."""
     if step.swing == "left":
         return {"left": swing_sole, "right": step.support}
     return {"left": step.support, "right": swing_sole}
