@@ -48,8 +48,9 @@ class CourseSettings:
             the weight on the support foot before the other one lifts off.
         time_scale: Duration of a motion over that of its plan [1].
         ease_time: Time [s] in which a motion gets up to speed after lift-off, and slows down before landing.
-        clearance: By how much the swing foot is higher than planned [m] on the way, so that it leaves its carton
-            and comes down on the next one nearly straight, even if they are not as high as expected.
+        clearance: By how much the swing foot is higher than planned [m] on the way, as far as the joints' ranges
+            let it, so that it leaves its carton and comes down on the next one nearly straight, even if they are
+            not as high as expected.
         clearance_time: Time [s] in which it gets there after lift-off, and comes down from there before landing.
         transition_time: Time [s] from one support foot to the other.
         finish_time: Time [s] in which the pelvis goes between the feet at the end and the thrust dies away.
