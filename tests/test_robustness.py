@@ -260,6 +260,7 @@ class TestCommand:
         [
             (["--trials", "0"], "--trials"),
             (["--jobs", "0"], "--jobs must be"),
+            (["--jobs", "-5"], "--jobs must be"),
             (["--scale", "9"], "thrust_gain must lie between"),
             (["--output", "no/such/file.json"], "its folder does not exist"),
             (["--plot", "plot.gif"], "plot.gif"),

@@ -85,7 +85,7 @@ def robustness_command(
     from jet_gym.simulation.limits import find_limits, load_limits
     from jet_gym.simulation.trials import Experiment, load_trials, run_trials
 
-    if jobs == 0:
+    if jobs == 0 or jobs < -1:
         raise click.UsageError("--jobs must be 1 or more, or -1 for one a core")
     path = output / _FILE if output.is_dir() else output
     limits_path = with_suffixes(path, "limits")

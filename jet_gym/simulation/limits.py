@@ -74,7 +74,7 @@ class Limit:
     def text(self) -> str:
         """Where the robot fails, in a few words."""
         if self.factor is None:
-            return f"not up to {self.value}"
+            return f"not at {self.value}"
         return f"{self.factor:g}: {self.value}, {self.cause}"
 
 
