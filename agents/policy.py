@@ -118,7 +118,12 @@ class PolicyPlanner(BatchPlanner):
 
     def _propose(self, steps: Sequence[Step]) -> list[Array]:
         """Return the policy's pelvis paths; of a step with other than the points it knows, interpolated."""
-        known = [replace(step, points=min(max(step.points, LEAST_POINTS), MOST_POINTS)) for step in steps]
+        known = [
+            step
+            if LEAST_POINTS <= step.points <= MOST_POINTS
+            else replace(step, points=min(max(step.points, LEAST_POINTS), MOST_POINTS))
+            for step in steps
+        ]
         paths = self._follow_policy(known)
         return [_resampled(path, step.points) for step, path in zip(steps, paths, strict=True)]
 
