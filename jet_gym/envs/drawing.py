@@ -41,6 +41,9 @@ from jet_gym.envs.lanes import (
     swing_sole,
     three,
 )
+from jet_gym.envs.packing import TaskNumbers, pack, unpack
+from jet_gym.envs.settings import TaskSettings
+from jet_gym.fitness import FitnessSettings
 from jet_gym.leg import Leg, Vector
 from jet_gym.posture_state import posture_at
 from jet_gym.robot import Robot, Trunk, jet_hr1
@@ -81,11 +84,9 @@ class StepDrawer:
 
     def __init__(self, robot: Robot, balance: BalanceParameters, difficulty: float) -> None:
         hip = robot.left.hip
+        unused = FitnessSettings().parameters(), TaskSettings().parameters()
         self._numbers = (
-            robot.left,
-            robot.right,
-            robot.trunk,
-            balance,
+            pack(TaskNumbers(robot.left, robot.right, robot.trunk, 1.0, balance, *unused)),
             difficulty,
             math.hypot(hip[0], hip[1]),
             NOMINAL_KNEE_BEND * robot.leg_length,
@@ -128,10 +129,7 @@ def draw_random_steps(
 
 @entry_point
 def draw_steps(
-    left: Leg,
-    right: Leg,
-    trunk: Trunk,
-    balance: BalanceParameters,
+    task: Array,
     difficulty: float,
     hip_offset: float,
     standing_height: float,
@@ -143,10 +141,7 @@ def draw_steps(
     """Begin the first feasible of some random steps in each selected lane.
 
     Args:
-        left: The left leg.
-        right: The right leg.
-        trunk: The rest of the robot.
-        balance: Balance settings.
+        task: The task with left swing, packed.
         difficulty: From 0 to 1.
         hip_offset: Horizontal distance from the pelvis origin to a hip [m].
         standing_height: Height of the nominal pelvis above the soles [m].
@@ -155,6 +150,7 @@ def draw_steps(
         selected: Lanes to begin (M,).
         drawn: Receives whether one of the tries was feasible (M,).
     """
+    left, right, trunk, _, balance, _, _ = unpack(task)
     for i in range(len(selected)):
         row = lanes[selected[i]]
         for attempt in range(numbers.shape[1]):

@@ -139,7 +139,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     | `step` | `jet_gym.Step` or `None` | the step of every episode, or a random one each time |
     | `difficulty` | 0 to 1 | how far random steps may go |
     | `violation_cost` | 0 to 6 | what a violated constraint costs at least in the graded reward, for curricula |
-    | `time_per_point` | float | simulated time of a swing point in s; the first one takes 1 s, the second, with |
+    | `time_per_point` | float | simulated time of a swing point in s; the first one takes 1.4 s, the second, with |
     | | | which the foot lifts off, 0.6 s at least |
     | `disturbances` | `jet_gym.simulation.DisturbanceRanges` or `None` | bullet: what differs from the model is |
     | | | drawn from these ranges at each reset: link masses, the pelvis' centre of mass, friction, stiffness of |

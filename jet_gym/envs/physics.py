@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from jet_gym.simulation.measurement import Measurement
     from jet_gym.simulation.world import World
 
-FIRST_POINT_TIME = 1.0  # [s] of the first swing point, to which the pelvis may move 150 mm
+FIRST_POINT_TIME = 1.4  # [s] of the first swing point, to which the pelvis may move 150 mm
 FIRST_POINT_REST = 0.4  # [s] of it, at its end, in which joints and fan, which lag, arrive
 LIFT_OFF_TIME = 0.6  # [s] that the second swing point takes at least: the swing foot hands over what it carries
 _ZMP_EDGE = 0.005  # [m] a measured ZMP nearer to the edge of what carries the robot costs

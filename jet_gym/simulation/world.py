@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from time import perf_counter, sleep
 from types import TracebackType
 from typing import Any
@@ -62,10 +64,11 @@ class World:
         self.step: Step | None = None
         self._gui, self._open = gui, True
         configure(self.client, self.settings)
-        self.cartons = Cartons(self.client, self.settings.restitution, visible=gui)
-        self.body = RobotBody(self.client, self.robot, visible=gui)
-        self.body.set_up(self.settings)
-        self._pristine: int = self.client.saveState()
+        with self._unseen():
+            self.cartons = Cartons(self.client, self.settings.restitution, visible=gui)
+            self.body = RobotBody(self.client, self.robot, visible=gui)
+            self.body.set_up(self.settings)
+            self._pristine: int = self.client.saveState()
         self.actuators = Actuators(self.body, self.settings)
         self._disturber = Disturber(self.client, self.body, self.settings)
         self._footing: Footing | None = None  # none: the robot stands nowhere
@@ -114,17 +117,18 @@ class World:
         self._refuse_other_robot(step)
         command, thrust = self._command(joint_positions), _finite(thrust, "thrust")
         pose = _level_pose(pelvis, pelvis_yaw)
-        self.client.restoreState(self._pristine)
-        self._disturber.begin()
-        self.place_cartons(step)
         support = _other(step.swing)
         sole = forward_kinematics(self.robot, command).soles[0 if support == "left" else 1]
-        self.body.place(command, pose._replace(position=pose.position + step.support - pose.point(sole)))
-        self.actuators.reset(command, thrust, step.swing, self._disturber.disturbance)
-        self._footing = self._stand(step, np.array(step.support))
         settle_steps = max(self.settings.steps(self.settings.settle_time), 1)
-        self._steps_done, self._time_asked = -settle_steps, 0.0
-        settled = self._simulate(command, thrust, settle_steps, stop_on_fall=True)
+        with self._unseen():
+            self.client.restoreState(self._pristine)
+            self._disturber.begin()
+            self.place_cartons(step)
+            self.body.place(command, pose._replace(position=pose.position + step.support - pose.point(sole)))
+            self.actuators.reset(command, thrust, step.swing, self._disturber.disturbance)
+            self._footing = self._stand(step, np.array(step.support))
+            self._steps_done, self._time_asked = -settle_steps, 0.0
+            settled = self._simulate(command, thrust, settle_steps, stop_on_fall=True)
         self._steps_done = 0
         self._footing = self._stand(step, self.body.sole(support).position)
         return settled
@@ -272,6 +276,15 @@ class World:
         landing_is_nearer = math.dist(swing_sole, step.landing) < math.dist(swing_sole, step.start)
         if landing_is_nearer and self.cartons.conflict("start", "landing"):
             self.clear_start()
+
+    @contextmanager
+    def _unseen(self) -> Iterator[None]:
+        """Let the window, if there is one, draw nothing for a while: every call would wait for its pictures."""
+        if self._gui:
+            self.client.configureDebugVisualizer(self.client.COV_ENABLE_RENDERING, 0)
+        yield
+        if self._gui:
+            self.client.configureDebugVisualizer(self.client.COV_ENABLE_RENDERING, 1)
 
     def _keep_pace(self) -> None:
         sleep(max(self._clock + self.time - perf_counter(), 0.0))
