@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from jet_gym.simulation.trials import Trial
 
 _LOOKS = {"feedforward": ("feed-forward", "#E69F00"), "pid": ("with PID", "#0072B2")}
-_SHIFTS = (0.16, -0.16)  # of the two ways to control the thrust, in rows
 
 
 def plot_robustness(
@@ -44,11 +43,10 @@ def plot_robustness(
     figure = style.new_figure(1.6 + 2.3 * sum(widths), max(4.6, 1.6 + 0.19 * rows))
     panels = list(figure.subplots(1, len(widths), gridspec_kw={"width_ratios": widths}, squeeze=False)[0])
     number = max(sum(trial.control == control for trial in trials) for control in controls)
-    style.add_heading(
-        figure,
-        "The course under disturbances",
-        f"{number} random draw{'s' * (number > 1)}" + ("; one disturbance at a time" if limits else ""),
-    )
+    what = f"{number} random draw{'s' * (number > 1)}"
+    if limits:
+        what += f"; one disturbance at a time: a cross where it fails, an arrow where not at {FACTORS[-1]:g} times"
+    style.add_heading(figure, "The course under disturbances", what)
     _draw_rates(panels.pop(0), trials, controls)
     if telling:
         _draw_associations(panels.pop(0), telling)
@@ -74,7 +72,7 @@ def _draw_rates(axes: Axes, trials: Sequence[Trial], controls: Sequence[ThrustCo
 def _draw_associations(axes: Axes, telling: Mapping[ThrustControl, Sequence[Association]]) -> None:
     style.label_axes(axes, x_label="probability that a failed trial had more of it [%]")
     names = [entry.quantity for entry in next(iter(telling.values()))][::-1]
-    for shift, (control, ranked) in zip(_SHIFTS, telling.items(), strict=False):
+    for shift, (control, ranked) in zip(_shifts(len(telling)), telling.items(), strict=True):
         name, color = _LOOKS[control]
         entries = {entry.quantity: entry for entry in ranked}
         for row, quantity in enumerate(names):
@@ -97,7 +95,7 @@ def _draw_limits(axes: Axes, limits: Sequence[Limit], controls: Sequence[ThrustC
     style.label_axes(axes, x_label="where the robot fails [times the range]")
     ends = ends_by_limit(limits)[::-1]
     rows = {end: row for row, end in enumerate(ends)}
-    for shift, control in zip(_SHIFTS, controls, strict=False):
+    for shift, control in zip(_shifts(len(controls)), controls, strict=True):
         name, color = _LOOKS[control]
         for order, limit in enumerate(entry for entry in limits if entry.control == control):
             row = rows[limit.quantity, limit.end] + shift
@@ -118,7 +116,13 @@ def _draw_limits(axes: Axes, limits: Sequence[Limit], controls: Sequence[ThrustC
     axes.tick_params(axis="y", labelsize=0.85 * style.TEXT_SIZE)
     axes.set_xlim(0.0, FACTORS[-1] + 0.15)
     axes.set_ylim(-0.8, len(ends) - 0.2)
+    axes.grid(visible=False, axis="y")
     _add_legend(axes)
+
+
+def _shifts(count: int) -> list[float]:
+    """Return by how many rows the marks of each way to control the thrust are off their row."""
+    return [0.32 * (0.5 * (count - 1) - place) for place in range(count)]
 
 
 def _add_legend(axes: Axes) -> None:
