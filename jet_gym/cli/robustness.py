@@ -239,11 +239,9 @@ def _first_to_break(controls: Sequence[ThrustControl], limits: Sequence[Limit]) 
     for control in controls:
         order = in_order_of_breaking(limits, control)
         if not order:
-            sentences.append(f"{CONTROL_NAMES[control]}: nothing breaks it up to {FACTORS[-1]:g} times its range")
+            sentences.append(f"{CONTROL_NAMES[control]}: nothing breaks it at {FACTORS[-1]:g} times its range")
             continue
         first = [limit for limit in order if limit.factor == order[0].factor]
-        named = " and ".join(f"{limit.quantity} of {limit.value}" for limit in first)
-        sentences.append(
-            f"{CONTROL_NAMES[control]}: {named} breaks it first, at {first[0].factor:g} times its range"
-        )
+        named = ", ".join(f"{limit.quantity} of {limit.value}" for limit in first)
+        sentences.append(f"{CONTROL_NAMES[control]}: breaks first at {first[0].factor:g} times the range: {named}")
     return sentences
