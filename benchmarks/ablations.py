@@ -50,19 +50,19 @@ class Settings:
 
     output: Path = Path("runs/ablations")
     """Folder of the runs."""
-    steps: int = 800_000
+    steps: int = 600_000
     """Environment steps of PPO."""
-    steps_alone: int = 1_600_000
+    steps_alone: int = 1_200_000
     """The same without imitation, which takes about as long."""
-    rounds: int = 40
+    rounds: int = 30
     """Rounds of imitation."""
     seed: int = 0
     """Seed of every run."""
-    validation_steps: int = 50
+    validation_steps: int = 20
     """Steps on which the best model of a run is chosen."""
     test_steps: int = 100
     """Steps on which the variants are judged."""
-    jobs: int = 1
+    jobs: int = 2
     """Variants trained side by side."""
 
 
