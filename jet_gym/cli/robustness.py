@@ -106,9 +106,9 @@ def robustness_command(
             with progress_bar("one disturbance at a time") as report:
                 study.limits = find_limits(experiment, jobs, kept_limits, report, study.save_limits)
     except KeyboardInterrupt:
-        study.report()
+        study.report(finished=False)
         raise
-    study.report()
+    study.report(finished=True)
     written = [str(path), *([str(limits_path)] if limits else [])]
     if plot is not None:
         save_figure(plot_robustness(study.trials, controls, study.limits), plot)
@@ -148,8 +148,8 @@ class _Study:
         kept = {limit.key: limit for limit in (*self._kept_limits, *so_far)}
         save_limits(self._limits_path, self._experiment, list(kept.values()))
 
-    def report(self) -> None:
-        """Print what there is."""
+    def report(self, finished: bool) -> None:
+        """Print what there is; what breaks the course first is known only when all is finished."""
         from jet_gym.cli.console import console
 
         controls = [
@@ -162,6 +162,7 @@ class _Study:
             console.print(table)
         if self.limits:
             console.print(_limits_table(self._experiment.controls, self.limits))
+        if self.limits and finished:
             for sentence in _first_to_break(self._experiment.controls, self.limits):
                 console.print(sentence, soft_wrap=True)
 
