@@ -12,7 +12,7 @@ from gymnasium.utils import EzPickle
 from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.balance import ThrustModel
-from jet_gym.envs.lanes import Lanes
+from jet_gym.envs.lanes import POINT, POINTS, VIOLATED, Lanes
 from jet_gym.envs.model import RewardForm, TaskModel
 from jet_gym.envs.physics import BulletPhysics
 from jet_gym.envs.picture import Picture, Scene
@@ -281,10 +281,11 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
             raise ResetNeeded("the episode has not begun or is over; call reset()")
         chosen = self.model.check_actions(action, (3,))
         self.model.advance(self._lanes, chosen[None], _ONLY_LANE, self._transition)
-        info = self._transition.info()
-        reward, info["reward_terms"] = self.model.reward_and_terms(self._transition)
-        terminated = bool(self._lanes.point[0] >= self._lanes.points[0])
-        success = terminated and not self._lanes.violated[0]
+        info, numbers = self._transition.info()
+        reward, info["reward_terms"] = self.model.reward_and_terms(numbers)
+        lane = self._lanes.array[0]
+        terminated = bool(lane[POINT] >= lane[POINTS])
+        success = terminated and not lane[VIOLATED]
         if self._physics is not None:
             points_left = int(self._lanes.points[0] - self._lanes.point[0])
             point = int(self._lanes.point[0]) - 1
@@ -351,4 +352,5 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     def _observe(self) -> NDArray[np.float32]:
         observations = self.model.empty_observations(1)
         self.model.observe(self._lanes, _ONLY_LANE, observations)
-        return np.asarray(observations[0])
+        observation: NDArray[np.float32] = observations[0]
+        return observation

@@ -168,13 +168,12 @@ class TaskModel:
         graded, fitness = transition.graded_terms, transition.fitness_terms
         return np.array(graded if self.reward == "graded" else fitness / -self.fitness_scale)
 
-    def reward_and_terms(self, transition: Transition) -> tuple[float, dict[str, float]]:
-        """Return the reward of the only lane, and its terms by name."""
+    def reward_and_terms(self, numbers: list[float]) -> tuple[float, dict[str, float]]:
+        """Return the reward of a lane whose transition is given as plain numbers, and its terms by name."""
         if self.reward == "graded":
-            *terms, reward = transition.array[GRADED_TERMS : GRADED + 1, 0].tolist()
+            *terms, reward = numbers[GRADED_TERMS : GRADED + 1]
         else:
-            fitness = transition.array[FIRST_FITNESS_TERM : FITNESS + 1, 0].tolist()
-            *terms, reward = (value / -self.fitness_scale for value in fitness)
+            *terms, reward = (value / -self.fitness_scale for value in numbers[FIRST_FITNESS_TERM : FITNESS + 1])
         return reward, dict(zip(self.reward_names, terms, strict=True))
 
     def read_options(self, options: dict[str, Any] | None) -> Step | None:

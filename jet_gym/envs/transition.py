@@ -94,12 +94,12 @@ class Transition:
             "violations": names,
         }
 
-    def info(self) -> dict[str, Any]:
-        """Return the info of the only lane, the reward's terms left out."""
+    def info(self) -> tuple[dict[str, Any], list[float]]:
+        """Return the info of the only lane, the reward's terms left out, and its column as plain numbers."""
         column = self.array[:, 0].copy()
-        numbers = column.tolist()
+        numbers: list[float] = column.tolist()
         f1, f2, f3, f4 = numbers[FITNESS_TERMS : FITNESS_TERMS + 4]
-        return {
+        info = {
             "thrust": numbers[ASKED_THRUST],
             "fitness": numbers[FITNESS],
             "fitness_terms": {"f1": f1, "f2": f2, "f3": f3, "f4": f4},
@@ -111,3 +111,4 @@ class Transition:
             "edge_angle": numbers[EDGE_ANGLE],
             "violations": _NAMES_OF_FLAGS[int(numbers[VIOLATIONS])],
         }
+        return info, numbers
