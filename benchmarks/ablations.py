@@ -66,44 +66,59 @@ class Settings:
     """Variants trained side by side."""
 
 
-def train(settings: Settings, name: str) -> dict[str, float] | None:
-    """Train a variant unless it has been; return its score, ``None`` where training failed."""
-    folder = settings.output / name.replace(" ", "-").replace(",", "")
-    if not (folder / "test.json").exists():
+def folder_of(settings: Settings, name: str) -> Path:
+    """Return the folder of a variant's run."""
+    return settings.output.resolve() / name.replace(" ", "-").replace(",", "")
+
+
+def train(settings: Settings, name: str) -> bool:
+    """Train a variant unless it has been; return whether that went well."""
+    folder = folder_of(settings, name)
+    if (folder / "test.json").exists():
+        return True
+    command = [sys.executable, "train.py"]
+    if (folder / "checkpoint" / "model.zip").exists():
+        command += ["--resume", str(folder)]
+    else:
         alone = "--imitation.rounds" in VARIANTS[name]
-        begun = (folder / "checkpoint" / "model.zip").exists()
-        command = [sys.executable, "train.py"]
-        if begun:
-            command += ["--resume", str(folder.resolve())]
-        else:
-            command += ["--output", str(folder.resolve()), "--seed", str(settings.seed), "--threads", "1"]
-            command += ["--steps", str(settings.steps_alone if alone else settings.steps)]
-            command += [] if alone else ["--imitation.rounds", str(settings.rounds)]
-            command += ["--validation-steps", str(settings.validation_steps)]
-            command += ["--test-steps", str(settings.test_steps), *VARIANTS[name]]
-        print(f"training: {name}", file=sys.stderr, flush=True)
-        if subprocess.run(command, cwd=_SOURCE, stderr=subprocess.DEVNULL, check=False).returncode != 0:
-            return None
-    score: dict[str, float] = json.loads((folder / "test.json").read_text())["policy"]
-    return score
+        command += ["--output", str(folder), "--seed", str(settings.seed), "--threads", "1"]
+        command += ["--steps", str(settings.steps_alone if alone else settings.steps)]
+        command += [] if alone else ["--imitation.rounds", str(settings.rounds)]
+        command += ["--validation-steps", str(settings.validation_steps)]
+        command += ["--test-steps", str(settings.test_steps), *VARIANTS[name]]
+    print(f"training: {name}", file=sys.stderr, flush=True)
+    return subprocess.run(command, cwd=_SOURCE, stderr=subprocess.DEVNULL, check=False).returncode == 0
 
 
 def main() -> int:
     """Run the command; return its exit code."""
     settings = tyro.cli(Settings, description=__doc__)
-    with ThreadPoolExecutor(settings.jobs) as pool:
-        scores = dict(zip(VARIANTS, pool.map(lambda name: train(settings, name), VARIANTS), strict=True))
+    pool = ThreadPoolExecutor(settings.jobs)
+    jobs = [pool.submit(train, settings, name) for name in VARIANTS]
+    try:
+        failed = [name for name, job in zip(VARIANTS, jobs, strict=True) if not job.result()]
+    except KeyboardInterrupt:
+        pool.shutdown(cancel_futures=True)
+        print("stopped; the same command goes on", file=sys.stderr)
+        failed = []
+    print_table(settings)
+    for name in failed:
+        print(f"training failed: {name}", file=sys.stderr)
+    return 1 if failed else 0
+
+
+def print_table(settings: Settings) -> None:
+    """Print the scores of the variants that have been judged."""
     print("| variant | below GAS on | of GAS's fitness, median | points violated | steps violated |")
     print("|---|---|---|---|---|")
-    for name, score in scores.items():
-        if score is None:
-            print(f"| {name} | training failed | | | |")
-            continue
-        print(
-            f"| {name} | {score['wins']:.0%} | {score['median_ratio']:.2f} "
-            f"| {score['violated_points']:.2%} | {score['violated_steps']:.1%} |"
-        )
-    return 0 if None not in scores.values() else 1
+    for name in VARIANTS:
+        path = folder_of(settings, name) / "test.json"
+        if path.exists():
+            score = json.loads(path.read_text())["policy"]
+            print(
+                f"| {name} | {score['wins']:.0%} | {score['median_ratio']:.2f} "
+                f"| {score['violated_points']:.2%} | {score['violated_steps']:.1%} |"
+            )
 
 
 if __name__ == "__main__":

@@ -96,9 +96,12 @@ def measure(rounds: int) -> Report:
     batch = _Runner(f"batch of {_LANES}", lambda: _vector_rate(batch_envs, _TURN))
     sync = _Runner(f"SyncVectorEnv of {_SYNC_LANES}", lambda: _vector_rate(sync_envs, _TURN))
     single = _Runner("single, quasi-static", lambda: benchmark_step(single_env, _TURN))
+    single_env.action_space.seed(0)
+    actions = [single_env.action_space.sample() for _ in range(1000)]
+    given = _Runner(f"{single.name}, actions drawn before", lambda: _single_rate(single_env, actions, _TURN))
     physics = _bullet() if report.has("pybullet") else None
     panda = _panda(report) if physics else None
-    runners = [runner for runner in (batch, sync, single, physics, panda) if runner]
+    runners = [runner for runner in (batch, sync, single, given, physics, panda) if runner]
     for runner in runners:
         runner.turn()  # loads and compiles what is not yet
     for _ in range(rounds):
@@ -113,6 +116,7 @@ def measure(rounds: int) -> Report:
     over = _ratios(batch.by_processor, sync.by_processor)
     _add(report, f"batch over {sync.name}, over processor time", over, "x")
     _add(report, single.name, single.by_processor, "/s", 2e4)
+    _add(report, given.name, given.by_processor, "/s")
     if physics:
         _add(report, physics.name, physics.by_processor, "/s")
         _add(report, f"{physics.name}, over real time", physics.real_time, "x", 15.0)
@@ -155,6 +159,19 @@ def _vector_rate(envs: gym.vector.VectorEnv[Any, Any, Any], duration: float) -> 
         ended = terminated | truncated
         if (passed := perf_counter() - started) > duration:
             return steps / passed
+
+
+def _single_rate(env: gym.Env[Any, Any], actions: list[Any], duration: float) -> float:
+    """Return the steps a second by the clock with these actions, resets included."""
+    env.reset()
+    steps, started = 0, perf_counter()
+    while perf_counter() - started < duration:
+        for action in actions:
+            _, _, terminated, truncated, _ = env.step(action)
+            if terminated or truncated:
+                env.reset()
+        steps += len(actions)
+    return steps / (perf_counter() - started)
 
 
 def _bullet() -> _Runner:
