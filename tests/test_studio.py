@@ -15,6 +15,7 @@ import urllib.request
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -42,6 +43,7 @@ from jet_gym.studio.own_models import read_model, try_out
 from jet_gym.studio.panel import mirrored
 from jet_gym.studio.physics import Physics
 from jet_gym.studio.player import Player
+from jet_gym.studio.plots import Curve, Samples, _Plot
 from jet_gym.studio.recording import encode_film, film_times
 from jet_gym.studio.robot_shapes import robot_tree
 from jet_gym.studio.robot_view import joints_near_limits
@@ -606,3 +608,15 @@ def test_dropped_simulation_is_not_reported(plan: Plan) -> None:
     thread.join(60.0)
     assert not thread.is_alive()
     assert results == []
+
+
+def test_plot_shows_all_of_a_measured_motion_that_lasts_longer_than_the_plan() -> None:
+    gui: Any = MagicMock()
+    planned = Samples(Curve("planned", "#000000"), np.array([0.0, 1.0]), np.array([1.0, 3.0]))
+    measured = Samples(Curve("measured", "#111111"), np.array([-1.0, 2.0]), np.array([0.0, 5.0]))
+    _Plot(gui, MagicMock(), 0.0, "Thrust", "N").show([planned, measured], 0.5)
+    scales = gui.add_uplot.call_args.kwargs["scales"]
+    assert scales["x"]["range"] == (-1.0, 2.0)
+    low, high = scales["y"]["range"]
+    assert low < 0.0
+    assert high > 5.0

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 BALANCE_SPACE = "balance space"
+_TIME_DIGITS = 2  # of the slider's ends [s]
 _KIND_COLORS = {
     "holds": ("#e8f5ee", "#0b6e4a"),
     "violated": ("#fff5e0", "#8a5a00"),
@@ -140,10 +141,10 @@ class Panel:
         self.time.value = min(max(time, self.time.min), self.time.max)
 
     def show_range(self, start: float, end: float, step: float) -> None:
-        """Let the slider reach from a time to another [s] in steps [s]."""
+        """Let the slider reach from a time to another [s], both rounded, in steps [s]."""
         self.time.step = step
-        self.time.min = start
-        self.time.max = end
+        self.time.min = round(start, _TIME_DIGITS)
+        self.time.max = round(end, _TIME_DIGITS)
 
     def show_verdict(self, verdict: Verdict, note: str = "") -> None:
         """Say what became of the step, with a note below it."""

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _AXIS_COLORS = ("#D55E00", "#009E73", "#0072B2")  # x, y, z
 _HEIGHT = 84  # [px]
+_ROOM = 0.1  # of the range of values, above and below
 _INSTANT = 1e-6  # [s] between the two ends of the cursor's line
 
 
@@ -117,6 +118,8 @@ class _Plot:
         curves = tuple(sample.curve for sample in samples)
         if curves == self._curves and self._handle is not None:
             self._handle.data = self._data()
+            if self._handle.scales != self._scales():
+                self._handle.scales = self._scales()
             return
         self._curves = curves
         self._heading.content = _heading(self._title, self._unit, curves)
@@ -127,7 +130,7 @@ class _Plot:
                 self._data(),
                 _series(curves),
                 axes=_axes(),
-                scales={"x": {"time": False}, "cursor": {"range": (0.0, 1.0)}},
+                scales=self._scales(),
                 legend={"show": False},
                 cursor={"drag": {"x": False, "y": False}},
                 height=_HEIGHT,
@@ -139,6 +142,17 @@ class _Plot:
         self._at = time
         if self._handle is not None:
             self._handle.data = self._data()
+
+    def _scales(self) -> dict[str, Any]:
+        """Return the scales; where a curve ends before others, the page cannot find the range of values itself."""
+        scales: dict[str, Any] = {"x": {"time": False}, "cursor": {"range": (0.0, 1.0)}}
+        values = np.concatenate(self._values)
+        if np.isnan(values).any():
+            low, high = float(np.nanmin(values)), float(np.nanmax(values))
+            room = max(_ROOM * (high - low), 1e-6)
+            scales["x"]["range"] = (float(self._time[0]), float(self._time[-1]))
+            scales["y"] = {"range": (low - room, high + room)}
+        return scales
 
     def _data(self) -> tuple[Array, ...]:
         """Return the curves with two moments more, between which the cursor's line stands upright."""

@@ -260,8 +260,7 @@ class Session:
         motion = self.playback.motion
         if self.plan is None or motion is None:
             return
-        step = self.plan.step
-        self.panel.show_range(motion.start, motion.end, step.duration / (step.points - 1))
+        self.panel.show_range(motion.start, motion.end, float(motion.time[1] - motion.time[0]))
         self._show_table()
         self._show_moment(move_cursor=False)
         self.plots.show(inputs, self.plan, self.rival, self.outputs.simulated, self.playback.time)
