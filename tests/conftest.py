@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import shutil
+import signal
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,9 @@ from jet_gym.urdf import Array
 
 hypothesis.settings.register_profile("jet_gym", deadline=None, derandomize=True, max_examples=100)
 hypothesis.settings.load_profile("jet_gym")
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # run in the background, where commands would not hear Ctrl-C
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @dataclass(frozen=True, eq=False)
