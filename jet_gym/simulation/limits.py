@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,12 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from jet_gym.files import write_whole
 from jet_gym.simulation.course import make_course
 from jet_gym.simulation.disturbances import LINKS, Disturbance, DisturbanceRanges, Push
 from jet_gym.simulation.execution import ThrustControl
 from jet_gym.simulation.parallel import run_in_parallel
-from jet_gym.simulation.trials import Experiment, Progress, load_results
+from jet_gym.simulation.trials import Experiment, Progress, load_results, save_results
 
 FORMAT = "jet-gym-limits/1"
 FACTORS = (1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0)
@@ -217,12 +214,7 @@ def save_limits(path: str | Path, experiment: Experiment, limits: Sequence[Limit
     Raises:
         OSError: If the file cannot be written.
     """
-    data = {
-        "format": FORMAT,
-        "experiment": experiment.description(),
-        "limits": [dataclasses.asdict(limit) for limit in limits],
-    }
-    write_whole(path, json.dumps(data, indent=1).encode())
+    save_results(path, FORMAT, "limits", experiment, limits)
 
 
 def load_limits(path: str | Path, experiment: Experiment | None = None) -> list[Limit]:

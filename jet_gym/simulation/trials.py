@@ -166,12 +166,7 @@ def save_trials(path: str | Path, experiment: Experiment, trials: Sequence[Trial
     Raises:
         OSError: If the file cannot be written.
     """
-    data = {
-        "format": FORMAT,
-        "experiment": experiment.description(),
-        "trials": [dataclasses.asdict(trial) for trial in trials],
-    }
-    write_whole(path, json.dumps(data, indent=1).encode())
+    save_results(path, FORMAT, "trials", experiment, trials)
 
 
 def load_trials(path: str | Path, experiment: Experiment | None = None) -> list[Trial]:
@@ -185,6 +180,24 @@ def load_trials(path: str | Path, experiment: Experiment | None = None) -> list[
         TrialsFileError: If the file cannot be read, is damaged or of another experiment.
     """
     return load_results(path, FORMAT, "trials", _trial, experiment)
+
+
+def save_results(path: str | Path, kind: str, name: str, experiment: Experiment, results: Sequence[Any]) -> None:
+    """Write the results of an experiment to a JSON file, whole or not at all.
+
+    Args:
+        path: The file.
+        kind: Its format.
+        name: What it calls the results.
+        experiment: What they are of.
+        results: The results, dataclasses of numbers and text.
+
+    Raises:
+        OSError: If the file cannot be written.
+    """
+    found = [dataclasses.asdict(result) for result in results]
+    data = {"format": kind, "experiment": experiment.description(), name: found}
+    write_whole(path, json.dumps(data, indent=1).encode())
 
 
 def load_results(
