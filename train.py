@@ -44,10 +44,10 @@ from agents.training.run_folder import describe_run, write_json
 from agents.training.scaling import observation_scale
 from agents.training.validation import TEST_SEED, VALIDATION_SEED, Score, StepSet
 from agents.training.vec_env import StepVecEnv
-from jet_gym.envs.observation import COMPONENTS
-from jet_gym.envs.registration import ENVIRONMENT_ID
-from jet_gym.envs.settings import TaskSettings
 from jet_gym.errors import JetGymError, SettingsError, require_within
+from jet_gym.task import ENVIRONMENT_ID
+from jet_gym.task.observation import COMPONENTS
+from jet_gym.task.settings import TaskSettings
 
 console = Console(stderr=True)
 _FIRST_SCALE_SEED = 900_000_000  # of the steps that give the scale of observations; training stays below

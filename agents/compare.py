@@ -178,7 +178,7 @@ def compare(settings: CompareSettings, progress: Progress | None = None) -> Comp
     """
     from joblib import Parallel, delayed
 
-    from jet_gym.envs.drawing import draw_random_steps
+    from jet_gym.task.drawing import draw_random_steps
 
     names = tuple(dict.fromkeys((*settings.planners, REFERENCE)))
     for name in names:

@@ -65,7 +65,7 @@ def make_datasets(
         FileExistsError: If the folder holds such a dataset already.
         OSError: If the folder cannot be written.
     """
-    from jet_gym.envs.drawing import draw_random_steps
+    from jet_gym.task.drawing import draw_random_steps
 
     _require_minari()
     experts = {name: _expert(name) for name in dict.fromkeys(planners)}

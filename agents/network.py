@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.envs.observation import COMPONENTS
-from jet_gym.envs.registration import ENVIRONMENT_ID
 from jet_gym.errors import PolicyFileError
 from jet_gym.files import write_whole_with
+from jet_gym.task import ENVIRONMENT_ID
+from jet_gym.task.observation import COMPONENTS
 
 FORMAT = "jet-gym-policy/1"
 INPUT_LIMIT = 8.0  # scaled observations are clipped to this

@@ -23,14 +23,14 @@ from agents.lattice import search_of_step
 from agents.network import PolicyNetwork
 from agents.planner import BatchPlanner, Progress, check_seed
 from agents.refinement import RefinementSettings, refine_path, violates
-from jet_gym.envs.drawing import LEAST_POINTS, MOST_POINTS
 from jet_gym.errors import PolicyFileError, SettingsError
 from jet_gym.plan import Plan
 from jet_gym.step import Step
+from jet_gym.task.drawing import LEAST_POINTS, MOST_POINTS
 from jet_gym.urdf import Array
 
 if TYPE_CHECKING:
-    from jet_gym.envs.model import TaskModel
+    from jet_gym.task.model import TaskModel
 
 _WIDE = RefinementSettings(candidates=64, sweeps=8, widest=20e-3, narrowest=1e-3)  # where a constraint stays broken
 SHIPPED_POLICY = Path(__file__).parent / "policies" / "jet_hr1_step_v0" / "policy.npz"
@@ -75,7 +75,7 @@ class PolicyPlanner(BatchPlanner):
     @functools.cached_property
     def task(self) -> TaskModel:
         """The task that the policy is asked to do, with this planner's balance and fitness."""
-        from jet_gym.envs.model import TaskModel
+        from jet_gym.task.model import TaskModel
 
         return TaskModel(balance=self.balance, fitness=self.fitness)
 
@@ -129,8 +129,8 @@ class PolicyPlanner(BatchPlanner):
 
     def _follow_policy(self, steps: Sequence[Step]) -> list[Array]:
         """Let the policy act in the quasi-static environment; return the pelvis paths."""
-        from jet_gym.envs.lanes import Lanes
-        from jet_gym.envs.transition import Transition
+        from jet_gym.task.lanes import Lanes
+        from jet_gym.task.transition import Transition
 
         task, count = self.task, len(steps)
         lanes, transition, observations = Lanes(count), Transition(count), task.empty_observations(count)

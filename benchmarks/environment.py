@@ -32,7 +32,7 @@ from gymnasium.utils.performance import benchmark_init, benchmark_render, benchm
 from gymnasium.vector import AutoresetMode
 
 from benchmarks.report import Report, command_line
-from jet_gym.envs.registration import ENVIRONMENT_ID
+from jet_gym.task import ENVIRONMENT_ID
 
 _LANES, _SYNC_LANES = 4096, 64
 _TURN: Any = 0.5  # [s]; Gymnasium asks for an int and only compares

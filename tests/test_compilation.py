@@ -81,7 +81,7 @@ def test_machine_code_belongs_to_the_sources_behind_it_and_to_no_others(copied_p
     before = run(call, copied_package)
     assert run(call, copied_package) == before
 
-    for unrelated in ("jet_gym/cli/plan.py", "jet_gym/envs/observation.py", "agents/exhaustive.py"):
+    for unrelated in ("jet_gym/cli/plan.py", "jet_gym/task/observation.py", "agents/exhaustive.py"):
         with (copied_package / unrelated).open("a", encoding="utf-8") as source:
             source.write("\n# edited\n")
     assert run(call, copied_package) == before

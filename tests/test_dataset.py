@@ -11,7 +11,7 @@ import pytest
 from agents import make_planner
 from agents.dataset import make_datasets
 from jet_gym.cli import run
-from jet_gym.envs.drawing import draw_random_steps
+from jet_gym.task.drawing import draw_random_steps
 
 minari = pytest.importorskip("minari")
 

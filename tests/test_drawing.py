@@ -8,9 +8,9 @@ import pytest
 from agents import make_planner
 from jet_gym import Step, jet_hr1
 from jet_gym.balance import BalanceSettings
-from jet_gym.envs.drawing import StepDrawer
-from jet_gym.envs.lanes import Lanes
 from jet_gym.feasibility import diagnose
+from jet_gym.task.drawing import StepDrawer
+from jet_gym.task.lanes import Lanes
 
 
 def _draw(count: int, difficulty: float = 1.0, seed: int = 0) -> list[Step]:
@@ -79,7 +79,7 @@ def test_a_lane_draws_from_its_own_generator_alone() -> None:
 def test_the_cheap_check_rarely_misses_a_feasible_landing(model: str) -> None:
     """Where the exhaustive check finds a posture at the landing, the cheap one should nearly always too."""
     from jet_gym.balance import stance_of
-    from jet_gym.envs.drawing import _posture_exists
+    from jet_gym.task.drawing import _posture_exists
 
     robot, settings = jet_hr1(), BalanceSettings(thrust_model=model)  # type: ignore[arg-type]
     balance, generator = settings.parameters(robot), np.random.default_rng(0)

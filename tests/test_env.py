@@ -22,9 +22,9 @@ import jet_gym  # noqa: F401  (registers the environment)
 from agents import Plan, make_planner
 from jet_gym import Step
 from jet_gym.courses import PAPER
-from jet_gym.envs.observation import COMPONENTS
-from jet_gym.envs.settings import REWARD_TERMS
 from jet_gym.posture import evaluate_postures
+from jet_gym.task.observation import COMPONENTS
+from jet_gym.task.settings import REWARD_TERMS
 
 ID = "JetHR1Step-v0"
 SIDE = replace(PAPER.side, points=30)

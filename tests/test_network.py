@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from agents.network import PolicyNetwork
-from jet_gym.envs.observation import COMPONENTS
 from jet_gym.errors import PolicyFileError
+from jet_gym.task.observation import COMPONENTS
 
 WIDTH = len(COMPONENTS)
 

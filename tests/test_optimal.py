@@ -15,10 +15,10 @@ from agents.optimal import OptimalPlanner, OptimalSettings, _Search
 from jet_gym import Step
 from jet_gym.balance import BalanceSettings
 from jet_gym.courses import PAPER
-from jet_gym.envs.drawing import draw_random_steps
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
 from jet_gym.posture import evaluate_postures
+from jet_gym.task.drawing import draw_random_steps
 
 SHORT = replace(PAPER.side, points=8)
 

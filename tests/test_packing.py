@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from jet_gym import jet_hr1
 from jet_gym.balance import BalanceSettings
-from jet_gym.envs.packing import TaskNumbers, pack, unpack
-from jet_gym.envs.settings import TaskSettings
 from jet_gym.fitness import FitnessSettings
+from jet_gym.task.packing import TaskNumbers, pack, unpack
+from jet_gym.task.settings import TaskSettings
 
 
 def test_unpacking_gives_what_was_packed() -> None:

@@ -6,8 +6,8 @@ import numpy as np
 
 from agents.training.replay import ReplayingDrawer
 from agents.training.vec_env import StepVecEnv
-from jet_gym.envs.lanes import Lanes
-from jet_gym.envs.model import TaskModel
+from jet_gym.task.lanes import Lanes
+from jet_gym.task.model import TaskModel
 
 
 def test_steps_on_which_the_policy_failed_are_drawn_again() -> None:

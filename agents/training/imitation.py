@@ -26,11 +26,11 @@ from agents.lattice import cost_of_path, search_of_step
 from agents.planner import make_planner
 from agents.training.validation import drawn_steps
 from jet_gym.balance import BalanceSettings
-from jet_gym.envs.lanes import Lanes
-from jet_gym.envs.model import TaskModel
-from jet_gym.envs.transition import Transition
 from jet_gym.fitness import FitnessSettings
 from jet_gym.step import Step
+from jet_gym.task.lanes import Lanes
+from jet_gym.task.model import TaskModel
+from jet_gym.task.transition import Transition
 from jet_gym.urdf import Array
 
 Act = Callable[[NDArray[np.float32]], NDArray[np.float32]]

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.envs.drawing import Drawer
-from jet_gym.envs.lanes import Lanes
+from jet_gym.task.drawing import Drawer
+from jet_gym.task.lanes import Lanes
 from jet_gym.urdf import Array
 
 

@@ -7,9 +7,9 @@ import numpy as np
 from agents.network import Array32
 from agents.planner import make_planner
 from agents.training.validation import drawn_steps
-from jet_gym.envs.lanes import Lanes
-from jet_gym.envs.model import TaskModel
-from jet_gym.envs.transition import Transition
+from jet_gym.task.lanes import Lanes
+from jet_gym.task.model import TaskModel
+from jet_gym.task.transition import Transition
 
 _LEAST = 1e-3  # a component that varies by less is left as it is
 

@@ -21,9 +21,9 @@ from agents.refinement import RefinementSettings
 from agents.training.callbacks import MODEL, NETWORK
 from agents.training.run_folder import write_json
 from agents.training.validation import TEST_SEED, Score, StepSet
-from jet_gym.envs.registration import ENVIRONMENT_ID
 from jet_gym.files import write_whole
 from jet_gym.step import Step
+from jet_gym.task import ENVIRONMENT_ID
 
 REFINE = RefinementSettings.candidates
 _KINDS: dict[str, Callable[[Step], bool]] = {

@@ -12,14 +12,14 @@ from gymnasium.utils import EzPickle
 from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.balance import ThrustModel
-from jet_gym.envs.lanes import POINT, POINTS, VIOLATED, Lanes
-from jet_gym.envs.model import RewardForm, TaskModel
 from jet_gym.envs.physics import BulletPhysics
 from jet_gym.envs.picture import Picture, Scene
-from jet_gym.envs.transition import Transition
 from jet_gym.errors import SettingsError, require_within
 from jet_gym.simulation.disturbances import DisturbanceRanges
 from jet_gym.step import Step
+from jet_gym.task.lanes import POINT, POINTS, VIOLATED, Lanes
+from jet_gym.task.model import RewardForm, TaskModel
+from jet_gym.task.transition import Transition
 from jet_gym.urdf import Array
 
 PhysicsKind = Literal["bullet", "quasistatic"]
@@ -114,7 +114,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     The robot stands with both soles on their blocks, the pelvis at its nominal place between the feet. With bullet
     it stands lower where its legs do not reach so far; the first action counts from the nominal place all the same.
     Without the argument or the option `step`, a random feasible step is drawn, distributed as
-    :mod:`jet_gym.envs.drawing` says: either leg, forward, sideways, diagonal or backward, unequal heights, up to
+    :mod:`jet_gym.task.drawing` says: either leg, forward, sideways, diagonal or backward, unequal heights, up to
     the edge of what is feasible, bounded by `difficulty`.
 
     ## Episode Termination

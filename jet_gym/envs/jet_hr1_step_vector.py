@@ -13,12 +13,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from jet_gym.envs.drawing import Drawer
-from jet_gym.envs.lanes import Lanes
-from jet_gym.envs.model import TaskModel
 from jet_gym.envs.registration import MAX_EPISODE_STEPS
-from jet_gym.envs.transition import Transition
 from jet_gym.step import Step
+from jet_gym.task.drawing import Drawer
+from jet_gym.task.lanes import Lanes
+from jet_gym.task.model import TaskModel
+from jet_gym.task.transition import Transition
 from jet_gym.threads import available_cores
 
 _LANES_PER_THREAD = 512

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.envs.model import TaskModel
 from jet_gym.envs.physics import BulletPhysics, standing_posture
-from jet_gym.envs.transition import Transition
 from jet_gym.step import Step
+from jet_gym.task.model import TaskModel
+from jet_gym.task.transition import Transition
 from jet_gym.urdf import Array
 
 if TYPE_CHECKING:

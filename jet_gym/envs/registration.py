@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-ENVIRONMENT_ID = "JetHR1Step-v0"
+from jet_gym.task import ENVIRONMENT_ID
+
 MAX_EPISODE_STEPS = 500  # an episode ends with its step; this bounds steps of very many swing points
 REWARD_THRESHOLD = -11.3  # mean return of GAS: graded, quasi-static, seeds 0 to 199
 

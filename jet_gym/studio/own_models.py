@@ -79,7 +79,7 @@ def try_out(name: str, network: PolicyNetwork) -> None:
     Raises:
         PolicyFileError: If it does not.
     """
-    from jet_gym.envs.observation import HIGH, LOW
+    from jet_gym.task.observation import HIGH, LOW
 
     try:
         actions = network.act(np.array([LOW, HIGH], dtype=np.float32))

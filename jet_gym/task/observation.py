@@ -10,7 +10,19 @@ from numpy.typing import NDArray
 
 from jet_gym.balance import BalanceParameters, Stance, edge_undefined, stance_of
 from jet_gym.compilation import entry_point, inlined
-from jet_gym.envs.lanes import (
+from jet_gym.leg import Leg, Vector
+from jet_gym.posture_block import (
+    BLOCK,
+    COM,
+    EDGE,
+    FOUND_ROWS,
+    FOUND_THRUST,
+    GIVEN_ROWS,
+    evaluate_block,
+    put,
+    stance_in,
+)
+from jet_gym.task.lanes import (
     ATTITUDE,
     LANDING,
     LANE_WIDTH,
@@ -24,19 +36,7 @@ from jet_gym.envs.lanes import (
     swing_sole,
     three,
 )
-from jet_gym.envs.packing import unpack
-from jet_gym.leg import Leg, Vector
-from jet_gym.posture_block import (
-    BLOCK,
-    COM,
-    EDGE,
-    FOUND_ROWS,
-    FOUND_THRUST,
-    GIVEN_ROWS,
-    evaluate_block,
-    put,
-    stance_in,
-)
+from jet_gym.task.packing import unpack
 from jet_gym.trigonometry import arctangent
 from jet_gym.urdf import Array
 

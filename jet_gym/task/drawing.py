@@ -24,7 +24,13 @@ from numpy.typing import NDArray
 from jet_gym.balance import BalanceParameters, BalanceSettings, Stance, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.courses import CARTON_LENGTH, CARTON_WIDTH
-from jet_gym.envs.lanes import (
+from jet_gym.fitness import FitnessSettings
+from jet_gym.leg import Leg, Vector
+from jet_gym.posture_state import posture_at
+from jet_gym.robot import Robot, Trunk, jet_hr1
+from jet_gym.step import NOMINAL_KNEE_BEND, Step
+from jet_gym.swing_path import PATH_CHECKS, nominal_pelvis
+from jet_gym.task.lanes import (
     APEX,
     ATTITUDE,
     LANDING,
@@ -41,14 +47,8 @@ from jet_gym.envs.lanes import (
     swing_sole,
     three,
 )
-from jet_gym.envs.packing import TaskNumbers, pack, unpack
-from jet_gym.envs.settings import TaskSettings
-from jet_gym.fitness import FitnessSettings
-from jet_gym.leg import Leg, Vector
-from jet_gym.posture_state import posture_at
-from jet_gym.robot import Robot, Trunk, jet_hr1
-from jet_gym.step import NOMINAL_KNEE_BEND, Step
-from jet_gym.swing_path import PATH_CHECKS, nominal_pelvis
+from jet_gym.task.packing import TaskNumbers, pack, unpack
+from jet_gym.task.settings import TaskSettings
 from jet_gym.urdf import Array
 
 TRIES = 8  # draws that one block of random numbers holds

@@ -8,37 +8,6 @@ from numpy.typing import NDArray
 from jet_gym import constraints
 from jet_gym.balance import BalanceParameters, edge_undefined, outside_edge_polygon, stance_of
 from jet_gym.compilation import entry_point, inlined
-from jet_gym.envs.lanes import (
-    LANE_WIDTH,
-    PELVIS,
-    POINT,
-    POINTS,
-    SUPPORT,
-    THRUST,
-    VIOLATED,
-    gather,
-    lanes_of_side,
-    swing_sole,
-    three,
-)
-from jet_gym.envs.packing import unpack
-from jet_gym.envs.settings import TaskParameters
-from jet_gym.envs.transition import (
-    ASKED_THRUST,
-    ASSIGNED_ZMP,
-    CENTER_OF_MASS,
-    CHOSEN_PELVIS,
-    EDGE_ANGLE,
-    FITNESS,
-    FITNESS_TERMS,
-    GRADED,
-    GRADED_TERMS,
-    JOINTS,
-    TRANSITION_ROWS,
-    VIOLATIONS,
-    YAW,
-    ZMP,
-)
 from jet_gym.fitness import FitnessParameters, fitness_terms
 from jet_gym.leg import Leg
 from jet_gym.posture_block import (
@@ -55,6 +24,37 @@ from jet_gym.posture_block import (
     evaluate_block,
     put,
     stance_in,
+)
+from jet_gym.task.lanes import (
+    LANE_WIDTH,
+    PELVIS,
+    POINT,
+    POINTS,
+    SUPPORT,
+    THRUST,
+    VIOLATED,
+    gather,
+    lanes_of_side,
+    swing_sole,
+    three,
+)
+from jet_gym.task.packing import unpack
+from jet_gym.task.settings import TaskParameters
+from jet_gym.task.transition import (
+    ASKED_THRUST,
+    ASSIGNED_ZMP,
+    CENTER_OF_MASS,
+    CHOSEN_PELVIS,
+    EDGE_ANGLE,
+    FITNESS,
+    FITNESS_TERMS,
+    GRADED,
+    GRADED_TERMS,
+    JOINTS,
+    TRANSITION_ROWS,
+    VIOLATIONS,
+    YAW,
+    ZMP,
 )
 from jet_gym.trigonometry import arctangent
 from jet_gym.urdf import Array

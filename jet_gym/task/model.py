@@ -11,18 +11,18 @@ from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.balance import BalanceSettings, ThrustModel
-from jet_gym.envs.advance import advance
-from jet_gym.envs.drawing import Drawer, StepDrawer
-from jet_gym.envs.lanes import Lanes
-from jet_gym.envs.observation import HIGH, LOW, observe
-from jet_gym.envs.packing import TaskNumbers, pack
-from jet_gym.envs.settings import REWARD_TERMS, TaskSettings
-from jet_gym.envs.transition import FITNESS, GRADED, GRADED_TERMS, Transition
-from jet_gym.envs.transition import FITNESS_TERMS as FIRST_FITNESS_TERM
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
 from jet_gym.robot import jet_hr1
 from jet_gym.step import Step
+from jet_gym.task.advance import advance
+from jet_gym.task.drawing import Drawer, StepDrawer
+from jet_gym.task.lanes import Lanes
+from jet_gym.task.observation import HIGH, LOW, observe
+from jet_gym.task.packing import TaskNumbers, pack
+from jet_gym.task.settings import REWARD_TERMS, TaskSettings
+from jet_gym.task.transition import FITNESS, GRADED, GRADED_TERMS, Transition
+from jet_gym.task.transition import FITNESS_TERMS as FIRST_FITNESS_TERM
 from jet_gym.urdf import Array
 
 Float32Space: TypeAlias = spaces.Space[NDArray[np.float32]]
