@@ -17,6 +17,7 @@ lint: .venv/full.installed
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
+	@$(BIN)/deptry .
 
 format: .venv/full.installed
 	@$(BIN)/ruff check --fix .

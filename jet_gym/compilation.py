@@ -36,6 +36,8 @@ def inlined(function: Function) -> Function:
 def entry_point(function: Function) -> Function:
     """Compile a function that Python calls, and keep its machine code on disk."""
     dispatcher = numba.njit(cache=True, nogil=True, **_FLAGS)(function)
+    if dispatcher is function:  # with NUMBA_DISABLE_JIT=1, to debug or to mutate what is compiled otherwise
+        return function
     cache_file = dispatcher._cache._cache_file
     fingerprint = source_fingerprint(Path(function.__code__.co_filename).resolve())
     cache_file._source_stamp = (fingerprint, cache_file._source_stamp)

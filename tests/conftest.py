@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import shutil
 import signal
 from collections.abc import Callable, Iterator
@@ -19,6 +20,9 @@ from jet_gym.urdf import Array
 
 hypothesis.settings.register_profile("jet_gym", deadline=None, derandomize=True, max_examples=100)
 hypothesis.settings.load_profile("jet_gym")
+
+if importlib.util.find_spec("stable_baselines3") is None:  # the base install, without the extra [train]
+    collect_ignore = ["test_replay.py", "test_training.py"]
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # run in the background, where commands would not hear Ctrl-C
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -23,6 +23,7 @@ from agents import Plan, make_planner
 from jet_gym import Step
 from jet_gym.courses import PAPER
 from jet_gym.posture import evaluate_postures
+from jet_gym.simulation.errors import BulletMissingError
 from jet_gym.task.observation import COMPONENTS
 from jet_gym.task.settings import REWARD_TERMS
 
@@ -493,3 +494,15 @@ def test_a_fall_ends_the_episode_and_costs_what_was_left(make: Any) -> None:
     assert env.unwrapped.model.worst_reward == pytest.approx(-41.1, abs=0.05)
     with pytest.raises(ResetNeeded):
         env.unwrapped.step(np.zeros(3))
+
+
+def test_without_pybullet_making_it_says_in_a_sentence_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pybullet", None)
+    with pytest.raises(
+        BulletMissingError, match=r"pip install 'jet-gym\[bullet\]'.*physics='quasistatic'"
+    ) as caught:
+        gym.make(ID)
+    assert "\n" not in str(caught.value)
+    env = gym.make(ID, physics="quasistatic")
+    env.reset(seed=0)
+    assert np.isfinite(env.step(np.zeros(3, dtype=np.float32))[1])

@@ -51,6 +51,7 @@ def test_the_stable_baselines_model_acts_like_the_plain_network() -> None:
     network = PolicyNetwork.load(SHIPPED_POLICY)
     with pytest.raises(PolicyFileError, match="trust"):
         load_policy(SHIPPED_POLICY.with_name("model.zip"))
+    pytest.importorskip("stable_baselines3")
     trusted = load_policy(SHIPPED_POLICY.with_name("model.zip"), trust=True)
     env = gym.make("JetHR1Step-v0", physics="quasistatic")
     observations = np.stack([env.reset(seed=seed)[0] for seed in range(5)])

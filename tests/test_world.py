@@ -159,7 +159,7 @@ class TestServers:
 
     def test_without_pybullet_one_sentence_says_what_to_install(self, monkeypatch):
         monkeypatch.setitem(sys.modules, "pybullet", None)
-        with pytest.raises(BulletMissingError, match=r"pip install jet-gym\[bullet\]") as caught:
+        with pytest.raises(BulletMissingError, match=r"pip install 'jet-gym\[bullet\]'") as caught:
             World()
         assert isinstance(caught.value, JetGymError)
 

@@ -15,6 +15,7 @@ from jet_gym.balance import ThrustModel
 from jet_gym.envs.physics import BulletPhysics
 from jet_gym.envs.picture import Picture, Scene
 from jet_gym.errors import SettingsError, require_within
+from jet_gym.simulation.bullet import require_bullet
 from jet_gym.simulation.disturbances import DisturbanceRanges
 from jet_gym.step import Step
 from jet_gym.task.lanes import POINT, POINTS, VIOLATED, Lanes
@@ -207,6 +208,8 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
             raise SettingsError(
                 "disturbances must be a jet_gym.simulation.DisturbanceRanges, and need bullet physics"
             )
+        if physics == "bullet":
+            require_bullet("gymnasium.make(..., physics='quasistatic') does without")
         self.render_mode = render_mode
         self.metadata = type(self).metadata | {"render_fps": max(1, round(1.0 / time_per_point))}
         self.model = TaskModel(reward, thrust_model, smoothness_weight, step, difficulty, violation_cost)

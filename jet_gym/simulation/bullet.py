@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import os
 import sys
 from collections.abc import Iterator
@@ -27,14 +28,10 @@ def connect(gui: bool = False) -> Any:
         DisplayMissingError: If a window is asked for and there is no display, where PyBullet itself would end
             the whole process; or if PyBullet cannot start.
     """
-    try:
-        with _silent():
-            pybullet: Any = importlib.import_module("pybullet")
-        bullet_client: Any = importlib.import_module("pybullet_utils.bullet_client").BulletClient
-    except ImportError as error:
-        raise BulletMissingError(
-            "the simulation needs PyBullet, which is not installed: pip install jet-gym[bullet]"
-        ) from error
+    require_bullet()
+    with _silent():
+        pybullet: Any = importlib.import_module("pybullet")
+    bullet_client: Any = importlib.import_module("pybullet_utils.bullet_client").BulletClient
     if gui and sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         raise DisplayMissingError(
             "there is no display for PyBullet's window (DISPLAY is not set); render to images instead"
@@ -46,6 +43,25 @@ def connect(gui: bool = False) -> Any:
     if client._client < 0:
         raise DisplayMissingError(f"PyBullet could not {'open its window' if gui else 'start a server'}")
     return client
+
+
+def require_bullet(instead: str = "") -> None:
+    """Refuse to go on where PyBullet is not installed, without importing it.
+
+    Args:
+        instead: What works without it, for the error's sentence.
+
+    Raises:
+        BulletMissingError: If PyBullet is not installed; it says what to install.
+    """
+    if importlib.util.find_spec("pybullet") is not None:
+        return
+    compiler = ", which needs a C++ compiler on this Python" if sys.version_info >= (3, 12) else ""
+    raise BulletMissingError(
+        "the simulation needs PyBullet, which is not installed: pip install 'jet-gym[bullet]'"
+        + compiler
+        + (f"; or {instead}" if instead else "")
+    )
 
 
 @contextmanager
