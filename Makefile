@@ -3,14 +3,14 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: demo test lint format claims sweep reproduce benchmarks pictures clean
+.PHONY: demo test lint format docs claims sweep reproduce benchmarks pictures learning-curves clean
 
 demo: .venv/base.installed  ## plan the paper's two motions, print the tables, draw the pictures into demo/
 	@mkdir -p demo
 	@echo "Planning the paper's two motions (the first run compiles for some seconds) ..."
 	@$(BIN)/jet-gym plan paper --planner gas --planner ga --planner gaex --planner policy+refine --planner optimal --output demo/plan.json --plot demo/paper.png
 
-test: .venv/full.installed lint  ## lint, types, tests with coverage
+test: .venv/full.installed lint docs  ## lint, types, documentation, tests with coverage
 	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --cov --cov-report=term:skip-covered
 
 lint: .venv/full.installed
@@ -32,14 +32,28 @@ reproduce: .venv/full.installed  ## the whole paper, and a page that holds its c
 benchmarks: .venv/full.installed  ## speed as ratios against other libraries
 	@$(BIN)/python -m benchmarks
 
-pictures: .venv/full.installed  ## the pictures of README and docs
-	@$(BIN)/jet-gym plan forward --output docs/images/plan.json --plot docs/images/forward.png
-	@rm docs/images/plan.json docs/images/forward.png
+docs: .venv/full.installed  ## the documentation into docs/_build/html; every warning is an error
+	@mkdir -p docs/_generated
+	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --quiet -d docs/_build/doctrees docs docs/_build/html
+	@echo "docs/_build/html/index.html holds the documentation"
+
+pictures: .venv/full.installed  ## the pictures of README and docs, but the learning curves
+	@mkdir -p demo
+	@$(BIN)/jet-gym plan forward --output demo/plan.json --plot demo/forward.png
+	@cp demo/forward-locomotion.png docs/images/forward-locomotion.png
 	@$(BIN)/jet-gym sweep --plot docs/images/smoothness-sweep.png
 	@$(BIN)/jet-gym balance-space --plot docs/images/balance-space.png
+	@$(BIN)/jet-gym compare --steps 100 --seed 1 --plot docs/images/compare.png
+	@$(BIN)/jet-gym robustness --trials 40 --output demo/robustness.json --plot docs/images/robustness.png
 	@$(BIN)/jet-gym reproduce --output reproduction
 	@cp reproduction/figures/estimates.png reproduction/figures/fig-11-experiment.png docs/images/
-	@$(BIN)/python examples/frame.py docs/images/across-the-ditch.png
+	@$(BIN)/python examples/gas_agent_video.py docs/images/across-the-ditch.webp
+	@$(BIN)/python docs/_pictures/studio.py docs/images/studio.png
+
+learning-curves: .venv/full.installed  ## five seeds trained, in an hour, and their curves
+	@for seed in 0 1 2 3 4; do \
+	  [ -e runs/curves-seed$$seed/test.json ] || $(BIN)/python train.py --seed $$seed --threads 1 --output runs/curves-seed$$seed || exit; done
+	@$(BIN)/python -m agents.training.curves runs/curves-seed* --plot docs/images/learning-curves.png
 
 .venv/base.installed: pyproject.toml constraints.txt | .venv/bin/python
 	@echo "Installing jet_gym into .venv ..."
@@ -48,7 +62,7 @@ pictures: .venv/full.installed  ## the pictures of README and docs
 
 .venv/full.installed: pyproject.toml constraints.txt | .venv/bin/python
 	@echo "Installing jet_gym with everything into .venv ..."
-	@$(PIP) --editable ".[train,bench,dataset,studio,dev]"
+	@$(PIP) --editable ".[train,bench,dataset,studio,docs,dev]"
 	@touch $@ .venv/base.installed
 
 .venv/bin/python:
@@ -56,4 +70,4 @@ pictures: .venv/full.installed  ## the pictures of README and docs
 	@$(PYTHON) -m venv .venv
 
 clean:
-	rm -rf .venv demo reproduction dist build .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf .venv demo reproduction dist build docs/_build docs/_generated .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis

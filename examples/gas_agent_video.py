@@ -1,6 +1,6 @@
-"""GAS as an agent: its plan for the step across the ditch, replayed in simulation and filmed as a GIF.
+"""GAS as an agent: its plan for the step across the ditch, replayed in simulation and filmed as GIF or WebP.
 
-python examples/gas_agent_video.py [gas.gif]
+python examples/gas_agent_video.py [gas.gif | gas.webp]
 """
 
 import sys
@@ -23,5 +23,5 @@ for pelvis in plan.pelvis:
     total += reward
 env.close()
 path = sys.argv[1] if len(sys.argv) > 1 else "gas.gif"
-frames[0].save(path, save_all=True, append_images=frames[1:], duration=100, loop=0)
+frames[0].save(path, save_all=True, append_images=frames[1:], duration=100, loop=0, quality=60)
 print(f"return {total:.2f}, success {info['is_success']}, wrote {path}")
