@@ -170,7 +170,7 @@ def test_every_picture_is_drawn_by_a_command() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     pictures = {path.name for path in (ROOT / "docs/images").iterdir()}
     for picture in pictures:
-        name = re.sub(r"-(section|examples)\.", ".", picture)  # commands put these into the name that they are given
+        name = re.sub(r"-(section|examples)\.", ".", picture)  # the commands put these into names
         assert re.search(rf"\s\S*{re.escape(name)}\s", makefile), f"no target of the Makefile draws {picture}"
     shown = {name for page in PAGES for name in re.findall(r"images/([\w.-]+)", page.read_text(encoding="utf-8"))}
     assert shown == pictures
