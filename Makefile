@@ -1,14 +1,22 @@
 # `make demo` and `make test` do everything on a machine with Python 3.11; nothing else needs to be set up.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
-PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+PIP := $(BIN)/python -m pip install --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: demo test lint format docs claims sweep reproduce benchmarks pictures learning-curves clean
+# What pip collects, a line each, so that one sees it go on; its exit code counts, not that of the filter.
+PROGRESS := | sed -un -e 's/^Collecting \([^ ]*\).*/  \1/p' -e 's/^\(Installing collected\) .*/  \1 packages .../p'
+SHELL := bash
+.SHELLFLAGS := -o pipefail -c
+
+.PHONY: demo test lint format docs claims sweep reproduce benchmarks endurance fuzz mutate wheel-check pictures learning-curves clean
 
 demo: .venv/base.installed  ## plan the paper's two motions, print the tables, draw the pictures into demo/
 	@mkdir -p demo
-	@echo "Planning the paper's two motions (the first run compiles for some seconds) ..."
+	@echo "Planning the paper's two motions with five planners (the first run compiles for about a minute) ..."
 	@$(BIN)/jet-gym plan paper --planner gas --planner ga --planner gaex --planner policy+refine --planner optimal --output demo/plan.json --plot demo/paper.png
+	@if $(BIN)/python -c "import pybullet" >/dev/null 2>&1; \
+	then echo "Stepping across the ditch in simulation ..."; $(BIN)/python examples/frame.py demo/across-the-ditch.png; \
+	else echo "No frame of the simulated robot: PyBullet is not installed, pip install 'jet-gym[bullet]'"; fi
 
 test: .venv/full.installed lint docs  ## lint, types, documentation, tests with coverage
 	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --cov --cov-report=term:skip-covered
@@ -31,6 +39,15 @@ reproduce: .venv/full.installed  ## the whole paper, and a page that holds its c
 
 benchmarks: .venv/full.installed  ## speed as ratios against other libraries
 	@$(BIN)/python -m benchmarks
+
+endurance: .venv/full.installed  ## ten thousand simulated episodes: memory, numbers, crashes; an hour or two
+	@$(BIN)/python -m benchmarks.endurance
+
+fuzz: .venv/full.installed  ## damaged files and arbitrary arguments, for a quarter of an hour
+	@JET_GYM_FUZZ=40 $(BIN)/python -m pytest tests/test_fuzz_files.py tests/test_fuzz_commands.py
+
+wheel-check: .venv/full.installed  ## the wheel in an empty environment: what it costs, and whether it works
+	@$(BIN)/python -m benchmarks.install
 
 docs: .venv/full.installed  ## the documentation into docs/_build/html; every warning is an error
 	@mkdir -p docs/_generated
@@ -57,12 +74,12 @@ learning-curves: .venv/full.installed  ## five seeds trained, in an hour, and th
 
 .venv/base.installed: pyproject.toml constraints.txt | .venv/bin/python
 	@echo "Installing jet_gym into .venv ..."
-	@$(PIP) --editable .
+	@$(PIP) --editable . $(PROGRESS)
 	@touch $@
 
 .venv/full.installed: pyproject.toml constraints.txt | .venv/bin/python
 	@echo "Installing jet_gym with everything into .venv ..."
-	@$(PIP) --editable ".[train,bench,dataset,studio,docs,dev]"
+	@$(PIP) --editable ".[train,bench,dataset,studio,docs,dev]" $(PROGRESS)
 	@touch $@ .venv/base.installed
 
 .venv/bin/python:

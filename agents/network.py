@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jet_gym.errors import PolicyFileError
-from jet_gym.files import write_whole_with
+from jet_gym.files import read_arrays, write_whole_with
 from jet_gym.task import ENVIRONMENT_ID
-from jet_gym.task.observation import COMPONENTS
+from jet_gym.task.observation import COMPONENTS, HIGH, LOW
 
 FORMAT = "jet-gym-policy/1"
 INPUT_LIMIT = 8.0  # scaled observations are clipped to this
@@ -81,13 +81,16 @@ class PolicyNetwork:
             PolicyFileError: If the file cannot be read or is damaged, or the policy is for another environment.
         """
         try:
-            with np.load(path, allow_pickle=False) as file:
-                content = {name: file[name] for name in file.files}
+            content = read_arrays(path)
             about = json.loads(str(content.pop("about")))
+            if not isinstance(about, dict):
+                raise TypeError("its part 'about' is no table")
             network = cls._from_arrays(content, about)
         except OSError as error:
             raise PolicyFileError(f"cannot read the policy {path!s}: {error.strerror or error}") from error
-        except Exception as error:  # NumPy, zipfile and zlib raise what they like on a damaged file
+        except KeyError as error:
+            raise PolicyFileError(f"{path!s} is not a policy: its part {error} is missing") from error
+        except (TypeError, ValueError, RecursionError) as error:
             raise PolicyFileError(f"{path!s} is not a policy: {error}") from error
         network._check(path)
         return network
@@ -95,6 +98,9 @@ class PolicyNetwork:
     @classmethod
     def _from_arrays(cls, content: dict[str, NDArray[Any]], about: dict[str, Any]) -> PolicyNetwork:
         depth = sum(name.startswith("weights") for name in content)
+        for name, array in content.items():
+            if array.dtype.kind != "f":
+                raise ValueError(f"its part {name!r} holds no real numbers")
         arrays = {name: np.asarray(array, dtype=np.float32) for name, array in content.items()}
         layers = tuple((arrays[f"weights_{i}"], arrays[f"biases_{i}"]) for i in range(depth))
         return cls(arrays["center"], arrays["scale"], layers, about)
@@ -121,3 +127,22 @@ class PolicyNetwork:
             )
         if about.get("sha256") != self.sha256:
             raise PolicyFileError(f"{path!s} is damaged: its numbers do not fit its hash")
+        self.require_actions(str(path))
+
+    def require_actions(self, name: str) -> None:
+        """Refuse a network that does not make actions of observations, before anybody plans with it.
+
+        Args:
+            name: What the message calls it.
+
+        Raises:
+            PolicyFileError: If it does not.
+        """
+        observed = np.array([LOW, HIGH], dtype=np.float32)
+        try:
+            with np.errstate(over="raise", invalid="raise", divide="raise"):
+                actions = self.act(observed)
+        except (ValueError, FloatingPointError) as error:
+            raise PolicyFileError(f"{name} does not take the observations of {ENVIRONMENT_ID}: {error}") from error
+        if actions.shape != (len(observed), 3) or not np.isfinite(actions).all():
+            raise PolicyFileError(f"{name} does not make the actions of {ENVIRONMENT_ID}")

@@ -4,7 +4,7 @@
     python -m benchmarks.install --python python3.10 --python python3.13  # with others
 
 Builds the wheel, installs it into a new virtual environment with pip's own choice of versions, and measures how
-long that takes, with and without the download, and what lies on the disk afterwards. Then plans, compares, loads the
+long that takes, with and without the download, and what lies on the disk. Then plans, compares, loads the
 policy that ships and makes the environment there, in an empty folder; see ``tests/installed_package.py``.
 """
 

@@ -14,7 +14,6 @@ the ground's force against the joints' limits of effort, which no paper shows.
 from __future__ import annotations
 
 import math
-import zipfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -26,7 +25,7 @@ from numpy.typing import NDArray
 from jet_gym.balance import BalanceSettings
 from jet_gym.balance_exhaustion import NEVER, explore_columns
 from jet_gym.errors import require_within
-from jet_gym.files import write_whole_with
+from jet_gym.files import read_arrays, write_whole_with
 from jet_gym.leg import Side, Six, Vector
 from jet_gym.posture import swing_and_support
 from jet_gym.robot import Robot, jet_hr1
@@ -139,12 +138,20 @@ class BalanceSpace:
             OSError: If it cannot be read.
         """
         try:
-            with np.load(path, allow_pickle=False) as file:
-                data = {name: file[name] for name in file.files}
-        except (zipfile.BadZipFile, ValueError, EOFError) as error:
-            raise ValueError(f"{path}: it is not an npz file, or damaged") from error
+            data = read_arrays(path)
+        except ValueError as error:
+            raise ValueError(f"{path}: it is not an npz file, or damaged ({error})") from error
         if str(data.get("format")) != FORMAT:
             raise ValueError(f"{path}: its format must be {FORMAT!r}, not {str(data.get('format'))!r}")
+        try:
+            return cls._from_arrays(data)
+        except KeyError as error:
+            raise ValueError(f"{path}: its part {error} is missing") from error
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{path}: it is damaged ({error})") from error
+
+    @classmethod
+    def _from_arrays(cls, data: dict[str, NDArray[Any]]) -> BalanceSpace:
         x, y, z = (float(value) for value in data["support"])
         settings = BalanceSettings(
             thrust_model="least" if str(data["thrust_model"]) == "least" else "assigned",
@@ -152,6 +159,11 @@ class BalanceSpace:
             edge_tolerance=float(data["edge_tolerance"]),
             max_thrust=float(data["max_thrust"]),
         )
+        shape = tuple(len(data[axis]) for axis in "xyz")
+        for name in _ARRAYS:
+            wanted = (shape["xyz".index(name)],) if name in "xyz" else shape
+            if data[name].shape != wanted or data[name].dtype != np.float64:
+                raise ValueError(f"its part {name!r} must be numbers of shape {wanted}")
         return cls(
             robot=str(data["robot"]),
             swing="left" if str(data["swing"]) == "left" else "right",

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -140,8 +141,18 @@ def load_robot(urdf_path: str | Path, names: FrameNames | None = None) -> Robot:
     return _load_robot(path, names or FrameNames(), modified)
 
 
-@functools.lru_cache(maxsize=32)
-def _load_robot(path: Path, names: FrameNames, _modified: int) -> Robot:
+_in_use: WeakValueDictionary[tuple[Path, FrameNames, int], Robot] = WeakValueDictionary()
+
+
+@functools.lru_cache(maxsize=32)  # keeps some that nobody uses just now
+def _load_robot(path: Path, names: FrameNames, modified: int) -> Robot:
+    robot = _in_use.get((path, names, modified))
+    if robot is None:
+        robot = _in_use[path, names, modified] = _read_robot(path, names)
+    return robot
+
+
+def _read_robot(path: Path, names: FrameNames) -> Robot:
     urdf = read_urdf(path)
     if urdf.root != names.pelvis:
         raise RobotError(f"the root link must be the pelvis, {names.pelvis!r}, but it is {urdf.root!r}")

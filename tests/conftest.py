@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import os
 import shutil
 import signal
 from collections.abc import Callable, Iterator
@@ -20,6 +21,21 @@ from jet_gym.urdf import Array
 
 hypothesis.settings.register_profile("jet_gym", deadline=None, derandomize=True, max_examples=100)
 hypothesis.settings.load_profile("jet_gym")
+
+FUZZ = int(os.environ.get("JET_GYM_FUZZ", "1"))
+"""How many times as many examples the fuzz tests try, and others each time if it is more than 1: ``make fuzz``."""
+
+
+def fuzz_settings(examples: int) -> hypothesis.settings:
+    """Return the settings of a fuzz test that tries so many examples in the suite."""
+    health = hypothesis.HealthCheck
+    return hypothesis.settings(
+        max_examples=examples * FUZZ,
+        derandomize=FUZZ == 1,
+        deadline=None,
+        suppress_health_check=[health.function_scoped_fixture, health.too_slow, health.data_too_large],
+    )
+
 
 if importlib.util.find_spec("stable_baselines3") is None:  # the base install, without the extra [train]
     collect_ignore = ["test_replay.py", "test_training.py"]

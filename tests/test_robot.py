@@ -96,6 +96,14 @@ def test_an_edited_file_is_read_again(robot: Robot, tmp_path: Path) -> None:
     assert load_robot(path).max_thrust == 30.0
 
 
+def test_a_robot_in_use_stays_the_same_object_however_many_others_are_read(robot: Robot, tmp_path: Path) -> None:
+    text = robot.urdf_path.read_text(encoding="utf-8")
+    for number in range(40):
+        (tmp_path / f"{number}.urdf").write_text(text, encoding="utf-8")
+        load_robot(tmp_path / f"{number}.urdf")
+    assert load_robot(robot.urdf_path) is robot
+
+
 @pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda robot: pickle.loads(pickle.dumps(robot))])
 def test_a_copy_is_the_same_robot(robot: Robot, duplicate: Callable[[Robot], Robot]) -> None:
     assert duplicate(robot) is robot

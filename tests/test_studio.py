@@ -39,7 +39,7 @@ from jet_gym.studio.errors import PortInUseError
 from jet_gym.studio.ground_view import meet_horizontal_plane
 from jet_gym.studio.inputs import FEET, Inputs
 from jet_gym.studio.motion import Motion
-from jet_gym.studio.own_models import read_model, try_out
+from jet_gym.studio.own_models import read_model
 from jet_gym.studio.panel import mirrored
 from jet_gym.studio.physics import Physics
 from jet_gym.studio.player import Player
@@ -288,10 +288,10 @@ def test_network_of_another_shape_is_refused_before_anybody_plans_with_it() -> N
     (first, *others) = network.layers
     bent = replace(network, layers=((first[0][:, 1:], first[1]), *others))
     with pytest.raises(PolicyFileError, match=r"mine\.zip does not take the observations"):
-        try_out("mine.zip", bent)
+        bent.require_actions("mine.zip")
     blind = replace(network, center=np.full_like(network.center, np.nan))
     with pytest.raises(PolicyFileError, match=r"mine\.zip does not make the actions"):
-        try_out("mine.zip", blind)
+        blind.require_actions("mine.zip")
 
 
 # ---- what is planned and said

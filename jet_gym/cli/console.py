@@ -23,9 +23,10 @@ _PATIENCE = 1.0  # [s] without a progress bar
 
 @contextmanager
 def progress_bar(description: str) -> Iterator[ProgressCallback]:
-    """Yield a callback (done, total) that shows a progress bar once the work has taken a second."""
+    """Yield a callback (done, total) that shows a progress bar, in a terminal, once the work has taken a second."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    progress = Progress(*columns, console=Console(stderr=True), transient=True)
+    terminal = Console(stderr=True)
+    progress = Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal)
     task = progress.add_task(description, total=None)
     started = monotonic()
 

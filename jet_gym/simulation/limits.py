@@ -227,4 +227,4 @@ def load_limits(path: str | Path, experiment: Experiment | None = None) -> list[
     Raises:
         TrialsFileError: If the file cannot be read, is damaged or of another experiment.
     """
-    return load_results(path, FORMAT, "limits", lambda entry: Limit(**entry), experiment)
+    return load_results(path, FORMAT, "limits", Limit, experiment)

@@ -16,9 +16,10 @@ from jet_gym.errors import JetGymError
 from jet_gym.files import write_whole
 from jet_gym.plan import Plan
 from jet_gym.simulation.course import make_course
-from jet_gym.simulation.disturbances import Disturbance, DisturbanceRanges, Push
+from jet_gym.simulation.disturbances import Disturbance, DisturbanceRanges
 from jet_gym.simulation.execution import ExecutionSettings, ThrustControl, execute
 from jet_gym.simulation.parallel import run_in_parallel
+from jet_gym.simulation.plain_data import from_plain
 from jet_gym.simulation.settings import SimulationSettings
 
 FORMAT = "jet-gym-robustness/1"
@@ -179,7 +180,7 @@ def load_trials(path: str | Path, experiment: Experiment | None = None) -> list[
     Raises:
         TrialsFileError: If the file cannot be read, is damaged or of another experiment.
     """
-    return load_results(path, FORMAT, "trials", _trial, experiment)
+    return load_results(path, FORMAT, "trials", Trial, experiment)
 
 
 def save_results(path: str | Path, kind: str, name: str, experiment: Experiment, results: Sequence[Any]) -> None:
@@ -204,7 +205,7 @@ def load_results(
     path: str | Path,
     kind: str,
     name: str,
-    read: Callable[[Mapping[str, Any]], Result],
+    result: type[Result],
     experiment: Experiment | None,
 ) -> list[Result]:
     """Read the results of an experiment from a JSON file.
@@ -213,7 +214,7 @@ def load_results(
         path: The file.
         kind: What its field ``format`` must be.
         name: Of the field that holds the results.
-        read: Makes a result of an entry of that field.
+        result: What an entry of that field is, a dataclass of numbers and text.
         experiment: What they must be of; anything where omitted.
 
     Raises:
@@ -223,7 +224,7 @@ def load_results(
         data = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise TrialsFileError(f"cannot read the {name} {path}: {error.strerror}") from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise TrialsFileError(f"{path} holds no {name}: it is not JSON") from error
     if not isinstance(data, dict) or data.get("format") != kind:
         raise TrialsFileError(f"{path} holds no {name}: field 'format' must be {kind!r}")
@@ -234,20 +235,13 @@ def load_results(
             raise TrialsFileError(
                 f"{path} holds {name} of another experiment: {', '.join(different)} differ; name another file"
             )
+    entries = data.get(name)
+    if not isinstance(entries, list):
+        raise TrialsFileError(f"{path}: field {name!r} must be a list")
     try:
-        return [read(entry) for entry in data[name]]
-    except (KeyError, TypeError, ValueError) as error:
+        return [from_plain(result, entry) for entry in entries]
+    except (ValueError, OverflowError) as error:
         raise TrialsFileError(f"{path}: field {name!r} is damaged ({error})") from error
-
-
-def _trial(entry: Mapping[str, Any]) -> Trial:
-    drawn = dict(entry["disturbance"])
-    drawn["pushes"] = tuple(
-        Push(time, duration, (force[0], force[1], force[2])) for time, duration, force in drawn["pushes"]
-    )
-    for name in ("mass_factors", "pelvis_com", "block_heights"):
-        drawn[name] = tuple(drawn[name])
-    return Trial(**{**entry, "disturbance": Disturbance(**drawn)})
 
 
 def _in_order(trials: Mapping[tuple[int, str], Trial]) -> list[Trial]:

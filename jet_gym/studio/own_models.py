@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from jet_gym.errors import PolicyFileError
 
 if TYPE_CHECKING:
@@ -64,26 +62,6 @@ def read_model(name: str, content: bytes, *, trust: bool) -> OwnModel:
             network = load_policy(file, trust=trust)
         except PolicyFileError as error:
             raise PolicyFileError(str(error).replace(str(file), name)) from error
-    try_out(name, network)
+    network.require_actions(name)
     stem = PurePosixPath(name).stem
     return OwnModel(stem[: _LONGEST_NAME - len(suffix)] + suffix, network)
-
-
-def try_out(name: str, network: PolicyNetwork) -> None:
-    """Refuse a network that does not make actions of observations, before anybody plans with it.
-
-    Args:
-        name: What the message calls it.
-        network: The network.
-
-    Raises:
-        PolicyFileError: If it does not.
-    """
-    from jet_gym.task.observation import HIGH, LOW
-
-    try:
-        actions = network.act(np.array([LOW, HIGH], dtype=np.float32))
-    except ValueError as error:
-        raise PolicyFileError(f"{name} does not take the observations of JetHR1Step-v0: {error}") from error
-    if actions.shape != (2, 3) or not np.isfinite(actions).all():
-        raise PolicyFileError(f"{name} does not make the actions of JetHR1Step-v0")
