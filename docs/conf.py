@@ -14,19 +14,23 @@ copyright = f"MIT licence, {author}"
 version = release = __version__
 
 extensions = [
+    "command_examples",
     "environment_page",
+    "layers_picture",
     "mathml",
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "sphinx_click",
     "sphinx_copybutton",
     "sphinxcontrib.programoutput",
 ]
 exclude_patterns = ["_build", "_generated", "_extensions"]
-myst_enable_extensions = ["attrs_block", "colon_fence", "dollarmath"]
+myst_enable_extensions = ["colon_fence", "dollarmath"]
+myst_dmath_double_inline = True
 myst_heading_anchors = 4
 suppress_warnings = ["myst.header"]  # the environment's docstring begins below a page's title
+
+smartquotes = False  # options begin with two hyphens
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"

@@ -15,6 +15,7 @@ import pytest
 
 pytest.importorskip("markdown_it")
 pytest.importorskip("stable_baselines3")
+pytest.importorskip("tomllib")
 
 from documented import (
     PAGES,
