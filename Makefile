@@ -37,8 +37,8 @@ claims sweep: .venv/base.installed  ## what the paper says, measured; what the s
 reproduce: .venv/full.installed  ## the whole paper, and a page that holds its claims against what is measured
 	@$(BIN)/jet-gym reproduce --output reproduction
 
-benchmarks: .venv/full.installed  ## speed as ratios against other libraries
-	@$(BIN)/python -m benchmarks
+benchmarks: .venv/full.installed  ## speed as ratios against other libraries, written into docs too
+	@$(BIN)/python -m benchmarks --json docs/benchmarks.json --page docs/benchmarks.md
 
 endurance: .venv/full.installed  ## ten thousand simulated episodes: memory, numbers, crashes; an hour or two
 	@$(BIN)/python -m benchmarks.endurance

@@ -19,7 +19,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
 
-from benchmarks.report import Report, show
+from benchmarks.report import Report, show, write
+from jet_gym.files import check_writable
 
 _ROOT = Path(__file__).resolve().parents[1]
 _HEAVIEST = 5  # packages that are listed
@@ -112,12 +113,21 @@ def main() -> int:
     )
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the numbers to this file too")
     arguments = parser.parse_args()
+    reports = []
     try:
-        reports = [measure(python) for python in arguments.python or [sys.executable]]
-    except (InstallError, OSError) as error:
+        if arguments.json is not None:
+            check_writable(arguments.json)
+        for python in arguments.python or [sys.executable]:
+            reports.append(measure(python))
+            show(reports[-1:])
+        write(reports, arguments.json, None)
+    except InstallError as error:
         print(error, file=sys.stderr)
         return 1
-    show(reports, arguments.json)
+    except OSError as error:
+        parser.error(f"{error.filename}: {error.strerror}")
+    except KeyboardInterrupt:
+        parser.exit(130, "interrupted\n")
     return 0
 
 

@@ -12,8 +12,10 @@ from typing import Any
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from agents.off_the_shelf import missing_note
+from jet_gym.files import check_writable, write_whole
 from jet_gym.machine import machine
 from jet_gym.race import take_one_core
 
@@ -100,8 +102,8 @@ def with_unit(value: float, unit: str) -> str:
     return f"{value / 1000.0**step:.3g} {_PREFIXES[step]}{unit}"
 
 
-def show(reports: Sequence[Report], json_file: Path | None = None) -> None:
-    """Print the machine and one table of all findings; write them to a file too, where asked."""
+def show(reports: Sequence[Report]) -> None:
+    """Print the machine and one table of all findings."""
     console = Console()
     for name, value in machine("one of them used").items():
         console.print(f"{name}: {value}", highlight=False)
@@ -116,9 +118,32 @@ def show(reports: Sequence[Report], json_file: Path | None = None) -> None:
     console.print(table)
     for note in (note for report in reports for note in report.notes):
         console.print(f"* {note}", highlight=False, markup=False)
+
+
+def write(reports: Sequence[Report], json_file: Path | None, page: Path | None) -> None:
+    """Write the machine and all findings as JSON, and as a page of the documentation, each where asked.
+
+    Raises:
+        OSError: If a file cannot be written.
+    """
     if json_file is not None:
         content = {"machine": machine("one of them used"), "benchmarks": [report.to_dict() for report in reports]}
-        json_file.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+        write_whole(json_file, (json.dumps(content, indent=2) + "\n").encode())
+    if page is not None:
+        write_whole(page, markdown(reports).encode())
+
+
+def markdown(reports: Sequence[Report]) -> str:
+    """Return a page of the documentation with the machine, the table of all findings, and the notes."""
+    lines = ["# Benchmarks", "", "Written by `make benchmarks`, on this machine:", "", "| | |", "|---|---|"]
+    lines += [f"| {name} | {value} |" for name, value in machine("one of them used").items()]
+    for report in reports:
+        lines += ["", f"## {report.title}", "", "| What | Measured | Spread | Goal | |", "|---|--:|--:|--:|---|"]
+        for finding in report.findings:
+            cells = [Text.from_markup(cell).plain.replace("|", "\\|") for cell in finding.row()]
+            lines.append(f"| {' | '.join(cells)} |")
+        lines += ["", *(f"* {note}" for note in report.notes)] if report.notes else []
+    return "\n".join(lines) + "\n"
 
 
 def command_line(description: str, *benchmarks: Callable[[int], Report]) -> None:
@@ -131,8 +156,18 @@ def command_line(description: str, *benchmarks: Callable[[int], Report]) -> None
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--rounds", type=int, default=15, help="turns of each contestant (default: %(default)s)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the numbers to this file too")
+    parser.add_argument("--page", type=Path, metavar="FILE", help="write them as a page of the documentation too")
     arguments = parser.parse_args()
     if arguments.rounds < 1:
         parser.error(f"--rounds must be 1 or more, not {arguments.rounds}")
-    take_one_core()
-    show([benchmark(arguments.rounds) for benchmark in benchmarks], arguments.json)
+    try:
+        for path in filter(None, (arguments.json, arguments.page)):
+            check_writable(path)
+        take_one_core()
+        reports = [benchmark(arguments.rounds) for benchmark in benchmarks]
+        show(reports)
+        write(reports, arguments.json, arguments.page)
+    except OSError as error:
+        parser.error(f"{error.filename}: {error.strerror}")
+    except KeyboardInterrupt:
+        parser.exit(130, "interrupted\n")

@@ -12,6 +12,7 @@ Two choices matter to whoever reads or edits compiled code:
 from __future__ import annotations
 
 import ast
+import contextlib
 import functools
 import hashlib
 from collections.abc import Callable
@@ -38,7 +39,13 @@ def entry_point(function: Function) -> Function:
     dispatcher = numba.njit(cache=True, nogil=True, **_FLAGS)(function)
     if dispatcher is function:  # with NUMBA_DISABLE_JIT=1, to debug or to mutate what is compiled otherwise
         return function
-    cache_file = dispatcher._cache._cache_file
+    cache_file, save = dispatcher._cache._cache_file, dispatcher._cache.save_overload
+
+    def save_if_it_can(signature: Any, machine_code: Any) -> None:
+        with contextlib.suppress(OSError):  # on a full disk it is compiled anew each time
+            save(signature, machine_code)
+
+    dispatcher._cache.save_overload = save_if_it_can
     fingerprint = source_fingerprint(Path(function.__code__.co_filename).resolve())
     cache_file._source_stamp = (fingerprint, cache_file._source_stamp)
     entry: Function = dispatcher

@@ -112,6 +112,26 @@ def test_every_way_to_import_counts(tmp_path: Path, statement: str) -> None:
     assert Path(constraints.__file__).resolve() in sources_behind(source)
 
 
+def test_a_disk_without_room_for_machine_code_does_not_stop_the_work(copied_package: Path) -> None:
+    pytest.importorskip("resource")
+    (copied_package / "caller.py").write_text(CALLER, encoding="utf-8")
+    full = """
+import resource, signal
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+import caller
+print(caller.quarter_of(8.0))
+"""
+    assert run(full, copied_package) == run("import caller\nprint(caller.quarter_of(8.0))", copied_package)
+
+
+def test_without_the_compiler_the_numbers_are_the_same(copied_package: Path) -> None:
+    (copied_package / "caller.py").write_text(CALLER, encoding="utf-8")
+    code = "import caller\nprint(caller.quarter_of(8.0))"
+    plain = "import os\nos.environ['NUMBA_DISABLE_JIT'] = '1'\n" + code
+    assert run(plain, copied_package) == run(code, copied_package)
+
+
 # ---------------------------------------------------------------------- imports
 
 CORE = (

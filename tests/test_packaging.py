@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import tarfile
@@ -96,3 +97,24 @@ def test_an_unpacked_wheel_runs_outside_of_the_repository(shipped: Path, tmp_pat
     assert "policy: total fitness" in done.stdout
     assert "JetHR1Step-v0: quasistatic" in done.stdout
     assert {path.name for path in elsewhere.iterdir()} >= {"plan.json", "plan.png"}
+
+
+def test_the_version_is_the_same_wherever_it_stands() -> None:
+    from jet_gym import __version__
+
+    assert f'\nversion = "{__version__}"\n' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    assert f"\nversion: {__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert f"## [{__version__}]" in changes or "## [Unreleased]" in changes
+
+
+def test_the_changelog_keeps_to_its_form() -> None:
+    """Keep a Changelog: versions as second headings, the kinds of change as third ones."""
+    headings = [
+        line for line in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").splitlines() if line.startswith("#")
+    ]
+    kinds = {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"}
+    assert headings[:2] == ["# Changelog", "## [Unreleased]"]
+    for heading in headings[2:]:
+        version = re.fullmatch(r"## \[\d+\.\d+\.\d+\] - \d{4}-\d\d-\d\d", heading)
+        assert version or heading.removeprefix("### ") in kinds, heading

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +14,7 @@ from jet_gym.errors import SettingsError, require_within
 from jet_gym.files import check_writable, write_whole_with
 from jet_gym.simulation.body import Pose
 from jet_gym.simulation.camera import CameraSettings
+from jet_gym.simulation.encoding import write_mp4
 from jet_gym.simulation.history import Execution
 from jet_gym.simulation.overlay import Overlay
 from jet_gym.simulation.renderer import Renderer
@@ -79,21 +78,14 @@ def film(
     path = check_film_path(path)
     rows = film_rows(execution, settings)
 
-    def write(temporary: Path) -> None:
-        import imageio_ffmpeg
+    def pictures() -> Iterator[NDArray[np.uint8]]:
+        for number, picture in enumerate(frames(execution, rows, settings), start=1):
+            yield picture
+            if progress is not None:
+                progress(number, len(rows))
 
-        size, rate = (settings.width, settings.height), settings.frames_per_second
-        encoder: Any = imageio_ffmpeg.write_frames(
-            str(temporary), size, fps=rate, codec="libx264", quality=7, macro_block_size=2
-        )
-        encoder.send(None)  # starts it
-        with closing(encoder):
-            for number, picture in enumerate(frames(execution, rows, settings), start=1):
-                encoder.send(np.ascontiguousarray(picture))
-                if progress is not None:
-                    progress(number, len(rows))
-
-    write_whole_with(path, write)
+    size, rate = (settings.width, settings.height), settings.frames_per_second
+    write_whole_with(path, lambda temporary: write_mp4(temporary, pictures(), size, rate))
 
 
 def check_film_path(path: str | Path) -> Path:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import io
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import closing
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jet_gym.errors import SettingsError
+from jet_gym.simulation.encoding import write_mp4
 
 FilmKind = Literal["mp4", "gif"]
 FILM_KINDS = get_args(FilmKind)
@@ -74,19 +74,11 @@ def _even_sized(pictures: Iterator[Picture]) -> Iterator[Picture]:
 
 
 def _mp4(pictures: Iterator[Picture], frames_per_second: float) -> bytes:
-    import imageio_ffmpeg
-
     first = next(pictures)
     size = first.shape[1], first.shape[0]
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "film.mp4"
-        encoder: Any = imageio_ffmpeg.write_frames(
-            str(file), size, fps=frames_per_second, codec="libx264", quality=7, macro_block_size=2
-        )
-        encoder.send(None)  # starts it
-        with closing(encoder):
-            for picture in _chained(first, pictures):
-                encoder.send(picture)
+        write_mp4(file, _chained(first, pictures), size, frames_per_second)
         return file.read_bytes()
 
 
