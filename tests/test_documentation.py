@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import ast
 import importlib
+import json
 import os
 import re
 import subprocess
 import sys
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip("markdown_it")
@@ -31,7 +34,11 @@ from documented import (
     words_of,
 )
 
+from agents import make_planner
+from agents.compare import CompareSettings, compare
+from agents.policy import SHIPPED_POLICY
 from jet_gym.cli import cli, run
+from jet_gym.courses import PAPER
 
 IN_SMALL = {  # what is added to a study, so that it ends soon; the last of two equal options counts
     "jet-gym claims": "--seeds 2",
@@ -156,6 +163,42 @@ def test_documented_commands_that_are_gone_are_noticed() -> None:
     ):
         with pytest.raises(DocumentedCommandError):
             check_command(words_of(command)[1])
+
+
+def test_recipes_of_the_makefile_are_parsed() -> None:
+    """Those of pictures and studies, which no test runs as they are."""
+    targets = ("demo", "claims", "sweep", "reproduce", "pictures", "learning-curves")
+    recipes = subprocess.run(
+        ["make", "--dry-run", "--old-file=.venv/full.installed", "--old-file=.venv/base.installed", *targets],
+        cwd=ROOT, check=True, capture_output=True, text=True,
+    ).stdout  # fmt: skip
+    commands = re.findall(r"\.venv/bin/(?:jet-gym|python) [^;|&]*?(?= \|\||;|\n)", recipes)
+    assert len(commands) > 12
+    for command in commands:
+        if not re.search("docs/_pictures| -c ", command):
+            check_command(words_of(command.replace("$seed", "1"))[1])
+
+
+def test_fields_of_files_are_documented() -> None:
+    text = (ROOT / "docs/files.md").read_text(encoding="utf-8")
+    parts = {title.strip(): part for title, _, part in (p.partition("\n") for p in text.split("\n## "))}
+    plan = json.loads(json.dumps(make_planner("gas").plan(replace(PAPER.side, points=4)).to_dict()))
+    compared = compare(CompareSettings(("gas",), steps=2, processes=1)).to_dict()
+    policy = dict(np.load(SHIPPED_POLICY, allow_pickle=False))
+    for title, content in (("plan.json", plan), ("compare.json", compared)):
+        assert names_in(parts[title]) >= set(content), title
+        assert fields_in(parts[title]) == set(content), title
+    assert {re.sub(r"_\d+$", "_K", name) for name in policy} == fields_in(parts["policy.npz"])
+    assert names_in(parts["plan.json"]) >= set(plan["step"])
+
+
+def names_in(part: str) -> set[str]:
+    return set(re.findall(r"`(\w+)`", part))
+
+
+def fields_in(part: str) -> set[str]:
+    """Return the names in the first column of a table."""
+    return {name for row in re.findall(r"^\| (`[^|]*) \|", part, re.MULTILINE) for name in names_in(row)}
 
 
 def test_links_between_files_lead_somewhere() -> None:

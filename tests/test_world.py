@@ -3,15 +3,16 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from agents.planner import make_planner
-from jet_gym import JetGymError, Step, load_robot
+from jet_gym import JetGymError, Robot, Step, load_robot
 from jet_gym.courses import CARTON_HEIGHT, PAPER
-from jet_gym.errors import SettingsError, StepError
+from jet_gym.errors import RobotError, SettingsError, StepError
 from jet_gym.plan import Plan
 from jet_gym.posture import evaluate_postures
 from jet_gym.simulation import (
@@ -506,3 +507,10 @@ class TestSettings:
 
 def replace_thrust(plan: Plan, thrust: float) -> Plan:
     return replace(plan, thrust=np.full(len(plan.time), thrust))
+
+
+def test_robot_whose_meshes_are_missing_is_refused(robot: Robot, tmp_path: Path) -> None:
+    path = tmp_path / "mine.urdf"
+    path.write_bytes(robot.urdf_path.read_bytes())
+    with pytest.raises(RobotError, match=r"PyBullet cannot load .*mine\.urdf; the meshes"):
+        World(load_robot(path))

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from jet_gym.errors import RobotError
 from jet_gym.leg import LegNames, Side, Vector
 from jet_gym.robot import Robot
 from jet_gym.simulation import rotation
@@ -60,6 +61,9 @@ class RobotBody:
         client: The physics server.
         robot: The robot.
         visible: Whether to load what only serves to be seen.
+
+    Raises:
+        RobotError: If PyBullet cannot load the robot, such as for want of a mesh.
     """
 
     def __init__(self, client: Any, robot: Robot, visible: bool) -> None:
@@ -67,7 +71,12 @@ class RobotBody:
         self.robot = robot
         # Not URDF_MERGE_FIXED_LINKS: it forgets where the merged links' centres of mass are.
         flags = client.URDF_USE_INERTIA_FROM_FILE | (0 if visible else client.URDF_IGNORE_VISUAL_SHAPES)
-        self.id: int = client.loadURDF(str(robot.urdf_path), basePosition=(0.0, 0.0, 10.0), flags=flags)
+        try:
+            self.id: int = client.loadURDF(str(robot.urdf_path), basePosition=(0.0, 0.0, 10.0), flags=flags)
+        except client.error as error:
+            raise RobotError(
+                f"PyBullet cannot load {robot.urdf_path}; the meshes that it names must lie where it says"
+            ) from error
         infos = [client.getJointInfo(self.id, index) for index in range(client.getNumJoints(self.id))]
         joints = {info[1].decode(): info[0] for info in infos}
         self._links: dict[str, int] = {info[12].decode(): info[0] for info in infos}
