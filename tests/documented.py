@@ -181,6 +181,11 @@ def _check_python(arguments: list[str]) -> None:
         if not (ROOT / name).is_file():
             raise DocumentedCommandError(f"there is no {name}")
         start = functools.partial(_train_script().main, rest) if name == "train.py" else None
+    if name == "pytest":
+        for file in rest:
+            if not (ROOT / file).is_file():
+                raise DocumentedCommandError(f"there is no {file}")
+        return
     if name.startswith("examples/"):
         assert f'"{Path(name).name}"' in (ROOT / "tests/test_examples.py").read_text(encoding="utf-8")
         return
@@ -197,6 +202,8 @@ def _check_python(arguments: list[str]) -> None:
         except _ParsedError:
             return
         except SystemExit as end:
+            if end.code == 0:  # --help
+                return
             raise DocumentedCommandError(f"python {' '.join(arguments)}: exit code {end.code}") from end
     raise DocumentedCommandError(f"{name} parsed no arguments")
 
