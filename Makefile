@@ -46,6 +46,14 @@ endurance: .venv/full.installed  ## ten thousand simulated episodes: memory, num
 fuzz: .venv/full.installed  ## damaged files and arbitrary arguments, for a quarter of an hour
 	@JET_GYM_FUZZ=40 $(BIN)/python -m pytest tests/test_fuzz_files.py tests/test_fuzz_commands.py
 
+mutate: .venv/full.installed  ## mutants of the mathematics against its tests, in a copy of the source; hours
+	@$(PIP) --quiet cosmic-ray
+	@mkdir -p build && rm -rf build/mutants && git worktree prune && git worktree add --quiet --detach build/mutants && ln -s ../../.venv build/mutants/.venv
+	@cd build/mutants && for module in kinematics balance fitness; do \
+	  sed "s/MODULE/$$module/" cosmic-ray.toml > $$module.toml && .venv/bin/cosmic-ray init $$module.toml $$module.sqlite && \
+	  .venv/bin/cr-filter-operators $$module.sqlite $$module.toml && .venv/bin/cosmic-ray exec $$module.toml $$module.sqlite && \
+	  .venv/bin/cr-report $$module.sqlite --show-diff --surviving-only || exit; done
+
 wheel-check: .venv/full.installed  ## the wheel in an empty environment: what it costs, and whether it works
 	@$(BIN)/python -m benchmarks.install
 

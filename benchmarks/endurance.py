@@ -35,7 +35,8 @@ from jet_gym.machine import machine
 _SAMPLES = 200  # of the memory, of each process
 _WARM_UP = 0.2  # share of the episodes in which caches fill
 LEAK = 2.0  # [kB] that a process may gain an episode; what is settled after the warm-up wobbles by less
-_SILENCE = 600.0  # [s] after which a process that says nothing counts as hung
+_HEARTBEAT = 20.0  # [s] after which a process tells how far it is, if no episode ends
+_SILENCE = 900.0  # [s] after which a process that says nothing counts as hung
 
 
 @dataclass
@@ -202,7 +203,7 @@ def _episodes(episodes: int, environments: int, seed: int, physics: str) -> Iter
     random = np.random.default_rng(seed)
     observations, infos = envs.reset(seed=seed)
     every = max(1, episodes // _SAMPLES)
-    done, steps, noted = 0, 0, 0
+    done, steps, noted, told = 0, 0, 0, monotonic()
     ended: Counter[str] = Counter()
     bad: Counter[str] = Counter()
     while done < episodes:
@@ -215,9 +216,9 @@ def _episodes(episodes: int, environments: int, seed: int, physics: str) -> Iter
         for lane in np.flatnonzero(terminated | truncated)[: episodes - done]:
             ended[_end(infos, int(lane))] += 1
             done += 1
-        if done - noted >= every or done == episodes:
+        if done - noted >= every or done == episodes or monotonic() - told > _HEARTBEAT:
             yield dict(ended), steps, dict(bad), done, _memory()
-            ended, bad, steps, noted = Counter(), Counter(), 0, done
+            ended, bad, steps, noted, told = Counter(), Counter(), 0, done, monotonic()
     envs.close()
 
 
@@ -238,6 +239,19 @@ def _memory() -> int:
     import resource
 
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+class _Lines:
+    """Tells how far it is where there is no terminal for a progress bar: a line every twentieth."""
+
+    def __init__(self) -> None:
+        self._told, self._started = 0, monotonic()
+
+    def __call__(self, done: int, total: int) -> None:
+        """Print a line if it is time."""
+        if (done * 20) // total > self._told:
+            self._told = (done * 20) // total
+            print(f"{done} of {total} episodes, {(monotonic() - self._started) / 60.0:.1f} min", file=sys.stderr)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -265,7 +279,8 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         if asked.json is not None:
             check_writable(asked.json)
-        with progress_bar("episodes") as report:
+        with progress_bar("episodes") as bar:
+            report = bar if sys.stderr.isatty() else _Lines()
             found = endure(asked.episodes, asked.processes, asked.environments, asked.seed, asked.physics, report)
         if asked.json is not None:
             write_whole(asked.json, (json.dumps(found.to_dict(), indent=1) + "\n").encode())

@@ -26,10 +26,12 @@ MODEL, NETWORK = "model.zip", "policy.npz"
 def save_model(model: PPO, folder: Path, about: dict[str, Any]) -> PolicyNetwork:
     """Write a model, its actor as plain arrays and what is known of them into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    write_whole_with(folder / MODEL, model.save)
     network = network_of(model.policy, about)
     network.save(folder / NETWORK)
     write_json(folder / "about.json", about)
+    write_whole_with(
+        folder / MODEL, model.save
+    )  # last: where there is a model, killed or not, the rest is there too
     return network
 
 
