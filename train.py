@@ -37,13 +37,15 @@ from stable_baselines3.common.logger import configure
 from stable_baselines3.common.vec_env import VecEnv
 
 import jet_gym  # noqa: F401  registers the environment
+from agents.network import Chooses
 from agents.training.callbacks import MODEL, Curriculum, Validate
-from agents.training.extractor import ScaledObservation, network_of
+from agents.training.extractor import ScaledObservation, ThrustPolicy, network_of
 from agents.training.imitation import Imitation, ImitationSettings
 from agents.training.run_folder import describe_run, write_json
 from agents.training.scaling import observation_scale
 from agents.training.validation import TEST_SEED, VALIDATION_SEED, Score, StepSet
 from agents.training.vec_env import StepVecEnv
+from jet_gym.envs.choices import ChooseThrust
 from jet_gym.errors import JetGymError, SettingsError, require_within
 from jet_gym.task import ENVIRONMENT_ID
 from jet_gym.task.observation import COMPONENTS
@@ -69,7 +71,7 @@ class TrainSettings:
     """A model.zip of an earlier run to start from, in place of imitation. Loading it can run code that is in it."""
     physics: Literal["quasistatic", "bullet"] = "quasistatic"
     """The model alone, in a batch, or PyBullet's dynamics, to fine-tune in."""
-    steps: int = 4_000_000
+    steps: int = 1_500_000
     """Environment steps of PPO."""
     lanes: int = 64
     """Environments side by side."""
@@ -79,7 +81,7 @@ class TrainSettings:
     """States in a gradient step of PPO."""
     epochs: int = 10
     """How often PPO goes through a rollout."""
-    learning_rates: tuple[float, float] = (1e-4, 1e-5)
+    learning_rates: tuple[float, float] = (5e-5, 5e-6)
     """Of PPO at the beginning and at the end; it falls geometrically, as the actions' deviation does."""
     target_kl: float | None = 0.03
     """Divergence from the last policy beyond which an update stops early."""
@@ -87,16 +89,19 @@ class TrainSettings:
     """Discount factor of a swing point."""
     gae_lambda: float = 0.95
     """Of generalised advantage estimation."""
-    deviations: tuple[float, float] = (0.015, 0.003)
-    """Standard deviation of the actions at the beginning and at the end, in search ranges; geometric in between."""
+    deviations: tuple[float, float] = (0.008, 0.002)
+    """Standard deviation of what is chosen, of 1, at the beginning and at the end; geometric in between."""
     violation_cost: float = TaskSettings.violation_cost
     """What a violated constraint costs PPO at least, in units of a point at full thrust."""
     rise: tuple[float, float] = (0.0, 0.0)
     """Shares of the training between which the cost of a violation rises from nothing; 0 0 for all at once."""
     replay: float = 0.0
     """Share of PPO's episodes that take up a step again that the policy lately failed on."""
-    critic_steps: int = 120_000
+    critic_steps: int = 150_000
     """Environment steps at first in which the critic learns and the actor stays as it is."""
+    chooses: Chooses = "thrust"
+    """What the policy chooses: the thrust, a place across the edge polygon and the height, from which the pelvis
+    follows, or the move of the pelvis itself."""
     hidden: tuple[int, ...] = (128, 128)
     """Sizes of the hidden layers, of actor and critic each."""
     hide: tuple[str, ...] = ()
@@ -201,6 +206,7 @@ def _environments(settings: TrainSettings) -> VecEnv:
             settings.lanes,
             settings.replay,
             settings.seed,
+            settings.chooses,
             difficulty=settings.difficulty,
             violation_cost=settings.violation_cost,
         )
@@ -210,7 +216,10 @@ def _environments(settings: TrainSettings) -> VecEnv:
             "difficulty": settings.difficulty,
             "violation_cost": settings.violation_cost,
         }
-        envs = make_vec_env(f"jet_gym:{ENVIRONMENT_ID}", settings.lanes, env_kwargs=arguments)
+        wrapper = ChooseThrust if settings.chooses == "thrust" else None
+        envs = make_vec_env(
+            f"jet_gym:{ENVIRONMENT_ID}", settings.lanes, env_kwargs=arguments, wrapper_class=wrapper
+        )
     envs.seed(settings.seed * 1_000_000)
     return envs
 
@@ -227,7 +236,7 @@ def _fresh_model(settings: TrainSettings, envs: VecEnv) -> PPO:
         "features_extractor_kwargs": {"center": center, "scale": scale},
     }
     model = PPO(
-        "MlpPolicy",
+        ThrustPolicy if settings.chooses == "thrust" else "MlpPolicy",
         envs,
         n_steps=settings.rollout,
         batch_size=settings.batch_size,

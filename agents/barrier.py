@@ -101,12 +101,24 @@ def _inside(model: SearchModel, stance: Stance, com_x: float, com_y: float) -> t
     return zx + along * ax - aside * ay, zy + along * ay + aside * ax
 
 
+def shares_of_mu(of_thrust: float = 1.0) -> Array:
+    """Return the share of ``mu`` of each slack (slacks,).
+
+    Args:
+        of_thrust: That of the edge polygon and of the thrust's limits; the others get all of it.
+    """
+    shares = np.ones(_SLACKS)
+    shares[_EDGES:_ON_FOOT] = of_thrust
+    return shares
+
+
 @entry_point
 def polish(
     model: SearchModel,
     points: SwingPoints,
     first_mu: float,
     last_mu: float,
+    shares: Array,
     path: Array,
 ) -> int:
     """Lead a path to a local optimum of its total fitness.
@@ -116,6 +128,7 @@ def polish(
         points: The swing points.
         first_mu: Where ``mu`` begins: the larger, the farther the path is taken from the edge of its constraints.
         last_mu: Where ``mu`` stops: what each slack keeps the total fitness from its optimum by, about.
+        shares: Share of ``mu`` that each slack's logarithm gets, as :func:`shares_of_mu` returns them (slacks,).
         path: The path (N, 3) [m]; changed in place.
 
     Returns:
@@ -137,6 +150,7 @@ def polish(
         np.empty((count * _UNKNOWNS, _UNKNOWNS + 1)),
         np.empty(count * _UNKNOWNS),
         np.empty((count, _UNKNOWNS)),
+        shares,
     )
     mu, steps = first_mu, 0
     while True:
@@ -163,6 +177,7 @@ class _Work(NamedTuple):
     band: Array  # (unknowns of all swing points, 5): [i, d] is the Hessian's entry (i, i - d)
     step: Array  # (unknowns of all swing points,)
     trial: Array  # (N, unknowns)
+    shares: Array  # (slacks,) of mu
 
 
 @inlined
@@ -337,7 +352,7 @@ def _barrier(model: SearchModel, points: SwingPoints, mu: float, work: _Work, x:
                     return FAR
                 if kept == 0.0:
                     work.left[point, i] = slacks[i]
-                total -= mu * math.log(slacks[i])
+                total -= mu * work.shares[i] * math.log(slacks[i])
         if work.active[point, _THRUST]:
             total += model.fitness.thrust_weight * x[point, 3]
     result: float = total
@@ -353,7 +368,9 @@ def _differentiate(model: SearchModel, points: SwingPoints, mu: float, work: _Wo
     weight = model.fitness.smoothness_weight
     for point in range(len(x)):
         stance, row = stance_at(model, points, point), point * _UNKNOWNS
-        _fill_jacobian(model, stance, mu, work.active[point], x[point], slacks, jacobian, work.curvature)
+        _fill_jacobian(
+            model, stance, mu, work.shares, work.active[point], x[point], slacks, jacobian, work.curvature
+        )
         for a in range(3):
             for b in range(a + 1):
                 band[row + a, a - b] += work.curvature[a, b]
@@ -361,7 +378,8 @@ def _differentiate(model: SearchModel, points: SwingPoints, mu: float, work: _Wo
         work.coms[point, :, 3] = slacks[_SLACKS:]
         for i in range(_SLACKS):
             if work.active[point, i]:
-                pull, stiffness = mu / slacks[i], mu / (slacks[i] * slacks[i])
+                pull = mu * work.shares[i] / slacks[i]
+                stiffness = pull / slacks[i]
                 for a in range(_UNKNOWNS):
                     gradient[row + a] -= pull * jacobian[i, a]
                     for b in range(a + 1):
@@ -390,6 +408,7 @@ def _fill_jacobian(
     model: SearchModel,
     stance: Stance,
     mu: float,
+    shares: Array,
     active: NDArray[np.bool_],
     x: Array,
     slacks: Array,
@@ -408,8 +427,8 @@ def _fill_jacobian(
     middle = 0.0
     for i in range(_SLACKS):
         if active[i]:
-            weights[i] = mu / slacks[i]
-            middle += mu
+            weights[i] = mu * shares[i] / slacks[i]
+            middle += mu * shares[i]
     there[:] = x
     for a in range(_UNKNOWNS):
         step = size if a < 3 else _THRUST_STEP

@@ -6,7 +6,7 @@ import hashlib
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,41 +14,58 @@ from numpy.typing import NDArray
 from jet_gym.errors import PolicyFileError
 from jet_gym.files import read_arrays, write_whole_with
 from jet_gym.task import ENVIRONMENT_ID
+from jet_gym.task.model import TaskModel, default_task
 from jet_gym.task.observation import COMPONENTS, HIGH, LOW
 
 FORMAT = "jet-gym-policy/1"
 INPUT_LIMIT = 8.0  # scaled observations are clipped to this
 
 Array32 = NDArray[np.float32]
+Chooses = Literal["thrust", "pelvis"]
 Layer = tuple[Array32, Array32]
 
 
 @dataclass(frozen=True, eq=False)
 class PolicyNetwork:
-    """A multilayer perceptron from observation to action, ``tanh`` between its layers.
+    """A multilayer perceptron from observation to what is chosen, ``tanh`` between its layers.
 
     Attributes:
         center: What is taken from each component of an observation (C,).
         scale: What it is then divided by (C,).
         layers: Weights (outputs, inputs) and biases (outputs,) of each layer.
         about: What the file says of itself: how it was trained and what it scores.
+        chooses: What its three outputs are: ``"thrust"``, place across the edge polygon and height
+            (:mod:`jet_gym.task.choices`), or the move of the ``"pelvis"``, the action itself.
     """
 
     center: Array32
     scale: Array32
     layers: tuple[Layer, ...]
     about: dict[str, Any] = field(default_factory=dict)
+    chooses: Chooses = "pelvis"
 
-    def act(self, observations: Array32) -> Array32:
-        """Return the actions (N, 3), clipped to [-1, 1], for observations (N, C) of ``JetHR1Step-v0``."""
+    def act(self, observations: Array32, task: TaskModel | None = None) -> Array32:
+        """Return the actions (N, 3), clipped to [-1, 1], for observations (N, C) of ``JetHR1Step-v0``.
+
+        Args:
+            observations: What was observed.
+            task: The task that is asked for; with all settings at their defaults where omitted.
+        """
+        outputs = self.outputs(observations)
+        if self.chooses == "pelvis":
+            return outputs
+        return (task or default_task()).actions_of_choices(observations, outputs)
+
+    def outputs(self, observations: Array32) -> Array32:
+        """Return what the network itself says (N, 3), clipped to [-1, 1]."""
         values = np.clip((observations - self.center) / self.scale, -INPUT_LIMIT, INPUT_LIMIT)
         *hidden, (last_weights, last_biases) = self.layers
         for weights, biases in hidden:
             values = values @ weights.T
             values += biases
             np.tanh(values, out=values)
-        actions: Array32 = np.clip(values @ last_weights.T + last_biases, -1.0, 1.0)
-        return actions
+        outputs: Array32 = np.clip(values @ last_weights.T + last_biases, -1.0, 1.0)
+        return outputs
 
     @property
     def sha256(self) -> str:
@@ -68,6 +85,7 @@ class PolicyNetwork:
             "format": FORMAT,
             "environment": ENVIRONMENT_ID,
             "observation": [component.name for component in COMPONENTS],
+            "chooses": self.chooses,
             "sha256": self.sha256,
         }
         arrays: dict[str, Any] = {**self._arrays(), "about": np.array(json.dumps(about))}
@@ -103,7 +121,7 @@ class PolicyNetwork:
                 raise ValueError(f"its part {name!r} holds no real numbers")
         arrays = {name: np.asarray(array, dtype=np.float32) for name, array in content.items()}
         layers = tuple((arrays[f"weights_{i}"], arrays[f"biases_{i}"]) for i in range(depth))
-        return cls(arrays["center"], arrays["scale"], layers, about)
+        return cls(arrays["center"], arrays["scale"], layers, about, about.get("chooses", "pelvis"))
 
     def _arrays(self) -> dict[str, Array32]:
         arrays = {"center": self.center, "scale": self.scale}
@@ -125,6 +143,8 @@ class PolicyNetwork:
             raise PolicyFileError(
                 f"{path!s} was trained on other observations than {ENVIRONMENT_ID} has today; train it anew"
             )
+        if self.chooses not in get_args(Chooses):
+            raise PolicyFileError(f"{path!s} chooses {self.chooses!r}, not one of {', '.join(get_args(Chooses))}")
         if about.get("sha256") != self.sha256:
             raise PolicyFileError(f"{path!s} is damaged: its numbers do not fit its hash")
         self.require_actions(str(path))

@@ -27,7 +27,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from agents.barrier import bring_inside, polish
+from agents.barrier import bring_inside, polish, shares_of_mu
 from agents.genetic import GaPlanner, GasPlanner
 from agents.lattice import (
     FAR,
@@ -242,7 +242,7 @@ class _Search:
 
     def _polished(self, path: Array, first_mu: float) -> Array:
         polished: Array = path.copy()
-        polish(self.model, self.points, first_mu, self.settings.last_mu, polished)
+        polish(self.model, self.points, first_mu, self.settings.last_mu, shares_of_mu(), polished)
         return polished
 
     def _best_path(

@@ -141,7 +141,7 @@ class PolicyPlanner(BatchPlanner):
         for point in range(longest):
             acting = acting[lanes.point[acting] < lanes.points[acting]]
             task.observe(lanes, acting, observations)
-            actions[acting] = self.network.act(observations[acting])
+            actions[acting] = self.network.act(observations[acting], task)
             task.advance(lanes, actions, acting, transition)
             paths[point] = lanes.pelvis
         return [paths[: step.points, lane].copy() for lane, step in enumerate(steps)]

@@ -1,4 +1,4 @@
-"""The network that is trained, and how it becomes plain arrays."""
+"""The policy that is trained, and how it becomes plain arrays."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 import torch
 from gymnasium import spaces
+from numpy.typing import NDArray
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import nn
 
-from agents.network import INPUT_LIMIT, Array32, Layer, PolicyNetwork
+from agents.network import INPUT_LIMIT, Array32, Chooses, Layer, PolicyNetwork
+from jet_gym.task.model import default_task
 
 
 class ScaledObservation(BaseFeaturesExtractor):
@@ -38,6 +40,27 @@ class ScaledObservation(BaseFeaturesExtractor):
         return torch.clamp((observations - center) / scale, -INPUT_LIMIT, INPUT_LIMIT)
 
 
+class ThrustPolicy(ActorCriticPolicy):
+    """Chooses thrust, place across the edge polygon and height; predicts the action that carries this out.
+
+    What PPO sees are the choices, in environments that take them; ``predict`` is for those who use the policy in
+    ``JetHR1Step-v0`` as it is.
+    """
+
+    def predict(
+        self,
+        observation: NDArray[Any] | dict[str, NDArray[Any]],
+        state: tuple[NDArray[Any], ...] | None = None,
+        episode_start: NDArray[Any] | None = None,
+        deterministic: bool = False,
+    ) -> tuple[NDArray[Any], tuple[NDArray[Any], ...] | None]:
+        """Return the actions for observations (C,) or (N, C) of ``JetHR1Step-v0``."""
+        choices, state = super().predict(observation, state, episode_start, deterministic)
+        rows = np.atleast_2d(np.asarray(observation, dtype=np.float32))
+        actions = default_task().actions_of_choices(rows, np.atleast_2d(choices))
+        return actions.reshape(choices.shape), state
+
+
 def network_of(policy: ActorCriticPolicy, about: dict[str, Any] | None = None) -> PolicyNetwork:
     """Return the part of a policy that acts, as plain arrays.
 
@@ -53,7 +76,8 @@ def network_of(policy: ActorCriticPolicy, about: dict[str, Any] | None = None) -
             layers.append((_array(module.weight), _array(module.bias)))
         elif not isinstance(module, nn.Tanh):
             raise TypeError(f"the policy's activation is {type(module).__name__}, not Tanh")
-    return PolicyNetwork(_array(extractor.center), _array(extractor.scale), tuple(layers), about or {})
+    chooses: Chooses = "thrust" if isinstance(policy, ThrustPolicy) else "pelvis"
+    return PolicyNetwork(_array(extractor.center), _array(extractor.scale), tuple(layers), about or {}, chooses)
 
 
 def _array(tensor: Any) -> Array32:

@@ -1,11 +1,12 @@
 """A warm start: imitating a careful expert on the states that the policy itself gets into.
 
 The expert is the interior-point method of the optimal planner (:mod:`agents.barrier`), stopped early: on its
-central path every constraint keeps some room, which is what an imitator needs, whose moves are off by tenths of a
-millimetre. The policy acts, and each state that it reaches is labelled with the move that would lead back to the
-expert's path (dataset aggregation: Ross, Gordon and Bagnell, "A reduction of imitation learning and structured
-prediction to no-regret online learning", 2011). Imitating the expert's own states alone, it drifts off within some
-points.
+central path every constraint keeps some room, which is what an imitator needs. A policy that chooses the thrust
+meets the limits of thrust and edge polygon by what its choices are; its expert keeps hardly any room to these.
+
+The policy acts, and each state that it reaches is labelled with what would lead back to the expert's path (dataset
+aggregation: Ross, Gordon and Bagnell, "A reduction of imitation learning and structured prediction to no-regret
+online learning", 2011). Imitating the expert's own states alone, it drifts off within some points.
 """
 
 from __future__ import annotations
@@ -21,13 +22,15 @@ import torch
 from numpy.typing import NDArray
 from stable_baselines3.common.policies import ActorCriticPolicy
 
-from agents.barrier import bring_inside, polish
+from agents.barrier import bring_inside, polish, shares_of_mu
 from agents.lattice import cost_of_path, search_of_step
 from agents.planner import make_planner
+from agents.training.extractor import ThrustPolicy
 from agents.training.validation import drawn_steps
-from jet_gym.balance import BalanceSettings
+from jet_gym.balance import GRAVITY, BalanceSettings
 from jet_gym.fitness import FitnessSettings
 from jet_gym.step import Step
+from jet_gym.task.choices import ASIDE, HEIGHT, THRUST
 from jet_gym.task.lanes import Lanes
 from jet_gym.task.model import TaskModel
 from jet_gym.task.transition import Transition
@@ -36,12 +39,16 @@ from jet_gym.urdf import Array
 Act = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 
 _FIRST_MU = 30.0  # where the expert's interior-point method begins
+_THRUST_SHARE = 0.01  # of mu that the thrust's limits and the edge polygon get where the thrust is chosen
 _LEAST_PENALTY = 5000.0  # a path that costs more at one point violates a constraint there
 _ASTRAY = 1e-3  # [m] from the expert's path at which a state counts half: precision matters near it
+_ASTRAY_BY_THRUST = 3e-3  # [m] the same where the thrust is chosen, which brings the pelvis back by itself
 _FURTHEST = 0.06  # [m] from the expert, per axis, from where a lane is put back on its path
 _WANDERING = np.array([0.0, 0.3e-3, 1e-3, 3e-3, 8e-3])  # [m] of random moves, of which one is drawn
 _OFTEN = np.array([0.30, 0.25, 0.25, 0.15, 0.05])  # how often each
 _WANDERS = 0.3  # probability of a random move at a point
+_FAN_DISTANCE = 0.3  # [m] or so, from the assigned ZMP: what a newton moves the centre of mass by follows
+_LEAST_UNIT, _LEAST_WIDTH = 20.0, 0.02  # [mm] that a choice of thrust, and of the place across, counts for at least
 
 
 @dataclass(frozen=True)
@@ -60,7 +67,7 @@ class ImitationSettings:
         mu: How careful the expert is: the weight of the logarithms of its constraints' slacks, in units of fitness.
     """
 
-    rounds: int = 120
+    rounds: int = 80
     first_steps: int = 600
     steps_per_round: int = 64
     episodes: int = 700
@@ -68,29 +75,31 @@ class ImitationSettings:
     samples: int = 200_000
     batch_size: int = 1024
     learning_rate: float = 2e-3
-    mu: float = 4.0
+    mu: float = 3.0
 
 
 class Labelled(NamedTuple):
     """States and what the expert would do."""
 
     observations: NDArray[np.float32]  # (N, C)
-    actions: NDArray[np.float32]  # (N, 3)
-    ranges: NDArray[np.float32]  # (N,) [mm] what an action of 1 is
+    labels: NDArray[np.float32]  # (N, 3)
+    units: NDArray[np.float32]  # (N, 3) [mm] what a choice or an action of 1 is
     weights: NDArray[np.float32]  # (N,) less the farther the state is from the expert's path
 
 
-def expert_path(step: Step, mu: float) -> Array | None:
+def expert_path(step: Step, mu: float, thrust_share: float = 1.0) -> Array | None:
     """Return a pelvis path (N, 3) [m] that keeps room to every constraint, or ``None`` where none was found.
 
     Args:
         step: The step.
-        mu: Weight of the logarithms of the slacks; a thrust, for example, keeps about ``3 mu / 100`` N or more.
+        mu: Weight of the logarithms of the slacks.
+        thrust_share: Share of it that the slacks of thrust and edge polygon get; with all of it the thrust is
+            ``3 mu / 10`` N or more.
     """
     model, points = search_of_step(step, BalanceSettings(), FitnessSettings())
     path: Array = make_planner("gas").plan(step).pelvis.copy()
     bring_inside(model, points, path)
-    polish(model, points, _FIRST_MU, mu, path)
+    polish(model, points, _FIRST_MU, mu, shares_of_mu(thrust_share), path)
     most = step.points * (FitnessSettings.thrust_weight * 23.0 + 100.0) + 0.5 * _LEAST_PENALTY
     return path if cost_of_path(model, points, path) < most else None
 
@@ -124,6 +133,9 @@ class Imitation:
         actor = (*policy.mlp_extractor.policy_net.parameters(), *policy.action_net.parameters())
         self._optimizer = torch.optim.Adam(actor, lr=settings.learning_rate)
         self._task = TaskModel(difficulty=difficulty)
+        self._by_thrust = isinstance(policy, ThrustPolicy)
+        self._thrust_share = _THRUST_SHARE if self._by_thrust else 1.0
+        self._astray = _ASTRAY_BY_THRUST if self._by_thrust else _ASTRAY
 
     @property
     def steps_seen(self) -> int:
@@ -154,7 +166,7 @@ class Imitation:
     def _plan_more(self, count: int) -> tuple[list[Step], list[Array | None]]:
         steps = drawn_steps(count, self._next_seed, self._difficulty)
         self._next_seed += count
-        return steps, [expert_path(step, self._settings.mu) for step in steps]
+        return steps, [expert_path(step, self._settings.mu, self._thrust_share) for step in steps]
 
     def _keep(self, steps: Sequence[Step], paths: Sequence[Array | None]) -> None:
         for step, path in zip(steps, paths, strict=True):
@@ -188,19 +200,16 @@ class Imitation:
             acting = np.flatnonzero(lanes.points > point)
             reach = task.settings.first_range if point == 0 else task.settings.later_range
             task.observe(lanes, acting, seen)
+            met = seen[acting]
             astray = np.linalg.norm(lanes.pelvis - targets[point - 1], axis=1) if point else np.zeros(count)
-            labels = np.clip((targets[point] - lanes.pelvis) * mirror / reach, -1.0, 1.0)
-            labelled.append(
-                Labelled(
-                    seen[acting],
-                    labels[acting].astype(np.float32),
-                    np.full(len(acting), 1e3 * reach, np.float32),
-                    (1.0 / (1.0 + astray[acting] / _ASTRAY)).astype(np.float32),
-                )
-            )
-            actions = labels.copy()
-            led_by_policy = acting[~led_by_expert[acting]]
-            actions[led_by_policy] = act(seen[led_by_policy])
+            wanted = (targets[point] - lanes.pelvis)[acting] * mirror[acting] / reach
+            labels, units = self._labels(met, wanted, reach)
+            weights = 1.0 / (1.0 + astray[acting] / self._astray)
+            labelled.append(Labelled(met, labels, units, weights.astype(np.float32)))
+            decided, led_by_policy = labels.copy(), ~led_by_expert[acting]
+            decided[led_by_policy] = act(met[led_by_policy])
+            actions = np.zeros((count, 3))
+            actions[acting] = task.actions_of_choices(met, decided) if self._by_thrust else decided
             spread = random.choice(_WANDERING, p=_OFTEN, size=(count, 1)) * (random.random((count, 1)) < _WANDERS)
             actions += spread / reach * random.standard_normal((count, 3))
             task.advance(lanes, actions, acting, transition)
@@ -208,22 +217,37 @@ class Imitation:
             lanes.pelvis[lost] = targets[point, lost]
         return Labelled(*(np.concatenate(parts) for parts in zip(*labelled, strict=True)))
 
+    def _labels(
+        self, observations: NDArray[np.float32], wanted: Array, reach: float
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return what the policy is to say for wanted actions, and what a unit of it is [mm], (N, 3) each."""
+        if not self._by_thrust:
+            return np.clip(wanted, -1.0, 1.0).astype(np.float32), np.full(wanted.shape, 1e3 * reach, np.float32)
+        labels = self._task.choices_of_actions(observations, wanted)
+        most, weight, slope = self._task.max_thrust, self._task.robot.mass * GRAVITY, self._task.edge_slope
+        for_thrust = _FAN_DISTANCE * 1e3 / weight  # [mm/N]
+        share = (labels[:, THRUST] + 1.0) / 2.0
+        units = np.empty(wanted.shape, np.float32)
+        units[:, THRUST] = np.maximum(for_thrust * most * share, _LEAST_UNIT)
+        units[:, ASIDE] = np.maximum(slope * for_thrust * most * share**2, _LEAST_WIDTH)
+        units[:, HEIGHT] = 1e3 * reach
+        return labels, units
+
     def _forget(self) -> None:
         """Drop the oldest states."""
-        while len(self._memory) > 1 and sum(len(part.ranges) for part in self._memory[1:]) >= self._settings.memory:
+        while len(self._memory) > 1 and sum(len(part.units) for part in self._memory[1:]) >= self._settings.memory:
             self._memory.pop(0)
 
     def _learn(self) -> float:
         """Take gradient steps on remembered states; return the mean error [mm]."""
         settings = self._settings
-        observations, actions, ranges, weights = (
+        observations, labels, units, weights = (
             torch.as_tensor(np.concatenate(parts)) for parts in zip(*self._memory, strict=True)
         )
-        order = torch.randperm(len(ranges), generator=self._torch_random)[: settings.samples]
+        order = torch.randperm(len(units), generator=self._torch_random)[: settings.samples]
         total = 0.0
         for chosen in torch.split(order, settings.batch_size):
-            unit = ranges[chosen, None]
-            error = (self._mean(observations[chosen]) - actions[chosen]) * unit
+            error = (self._mean(observations[chosen]) - labels[chosen]) * units[chosen]
             costs = torch.nn.functional.huber_loss(error, torch.zeros_like(error), reduction="none")
             loss = (weights[chosen, None] * costs).mean()
             self._optimizer.zero_grad()

@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
+from agents.network import Chooses
 from agents.training.replay import ReplayingDrawer
 from jet_gym.envs.jet_hr1_step_vector import JetHR1StepVectorEnv
 from jet_gym.errors import SettingsError
+from jet_gym.task.model import default_task
 
 
 class StepVecEnv(VecEnv):
@@ -26,14 +28,19 @@ class StepVecEnv(VecEnv):
         num_envs: Number of lanes.
         replay: Share of the episodes that take up a step again that lately failed.
         seed: Of which steps are taken up again.
+        chooses: What it is told in each step: the ``"thrust"`` and what else :mod:`jet_gym.task.choices` leaves
+            to choose, or the move of the ``"pelvis"``, the action itself.
         **task: Arguments of ``JetHR1Step-v0``.
     """
 
-    def __init__(self, num_envs: int, replay: float = 0.0, seed: int = 0, **task: Any) -> None:
+    def __init__(
+        self, num_envs: int, replay: float = 0.0, seed: int = 0, chooses: Chooses = "pelvis", **task: Any
+    ) -> None:
         self.batch = JetHR1StepVectorEnv(num_envs, **task)
         if replay > 0.0:
             self.batch.drawer = ReplayingDrawer(self.batch.drawer, replay, seed=seed)
         super().__init__(num_envs, self.batch.single_observation_space, self.batch.single_action_space)
+        self._chooses, self._seen = chooses, np.empty((0, 0), dtype=np.float32)
         self._actions: NDArray[Any] = np.zeros((num_envs, 3), dtype=np.float32)
         self._returns, self._lengths = np.zeros(num_envs), np.zeros(num_envs, dtype=np.int64)
         self._started = perf_counter()
@@ -48,10 +55,13 @@ class StepVecEnv(VecEnv):
         self._reset_options()
         self.reset_infos = [{} for _ in range(self.num_envs)]
         self._returns[:], self._lengths[:] = 0.0, 0
+        self._seen = observations
         return observations
 
     def step_async(self, actions: NDArray[Any]) -> None:
-        """Remember the actions (num_envs, 3)."""
+        """Remember the actions (num_envs, 3), or those that carry out what is chosen."""
+        if self._chooses == "thrust":
+            actions = default_task().actions_of_choices(self._seen, actions)
         self._actions = actions
 
     def step_wait(self) -> VecEnvStepReturn:
@@ -74,6 +84,7 @@ class StepVecEnv(VecEnv):
             }
         self._returns[over], self._lengths[over] = 0.0, 0
         self._notice(infos)
+        self._seen = observations
         return observations, rewards.astype(np.float32), over, lane_infos
 
     def noticed(self) -> dict[str, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import replace
 from typing import Any, Literal, TypeAlias, cast, get_args
@@ -16,6 +17,7 @@ from jet_gym.fitness import FitnessSettings
 from jet_gym.robot import jet_hr1
 from jet_gym.step import Step
 from jet_gym.task.advance import advance
+from jet_gym.task.choices import actions_of_choices, choices_of_actions
 from jet_gym.task.drawing import Drawer, StepDrawer
 from jet_gym.task.lanes import Lanes
 from jet_gym.task.observation import HIGH, LOW, observe
@@ -28,6 +30,12 @@ from jet_gym.urdf import Array
 Float32Space: TypeAlias = spaces.Space[NDArray[np.float32]]
 RewardForm = Literal["graded", "fitness"]
 FITNESS_TERMS = ("f1", "f2", "f3", "f4")
+
+
+@functools.cache
+def default_task() -> TaskModel:
+    """Return the task with all settings at their defaults; nobody changes it."""
+    return TaskModel()
 
 
 class TaskModel:
@@ -105,6 +113,11 @@ class TaskModel:
         return self._balance.max_thrust
 
     @property
+    def edge_slope(self) -> float:
+        """Tangent of rho of eq. (10)."""
+        return self._balance.edge_slope
+
+    @property
     def thrust_penalty(self) -> float:
         """What a thrust that the fan cannot give costs as a term of the fitness reward."""
         return self.fitness.thrust_penalty / self.fitness_scale
@@ -158,6 +171,25 @@ class TaskModel:
     def observe(self, lanes: Lanes, selected: NDArray[np.int64], observations: NDArray[np.float32]) -> None:
         """Observe the selected lanes into their rows."""
         observe(self._numbers, lanes.array, selected, observations)
+
+    def actions_of_choices(self, observations: NDArray[np.float32], choices: ArrayLike) -> NDArray[np.float32]:
+        """Return the actions (N, 3) that carry choices (N, 3) out; see :mod:`jet_gym.task.choices`.
+
+        Args:
+            observations: What was observed before (N, C).
+            choices: Thrust, place across the edge polygon and height, each in [-1, 1] (N, 3).
+        """
+        chosen = np.ascontiguousarray(choices, dtype=np.float32)
+        actions = np.empty_like(chosen)
+        actions_of_choices(self._numbers[0], np.ascontiguousarray(observations, np.float32), chosen, actions)
+        return actions
+
+    def choices_of_actions(self, observations: NDArray[np.float32], actions: ArrayLike) -> NDArray[np.float32]:
+        """Return what actions (N, 3) choose, bounded to what can be chosen (N, 3)."""
+        wanted = np.ascontiguousarray(actions, dtype=np.float64)
+        choices = np.empty(wanted.shape, dtype=np.float32)
+        choices_of_actions(self._numbers[0], np.ascontiguousarray(observations, np.float32), wanted, choices)
+        return choices
 
     def rewards(self, transition: Transition) -> Array:
         """Return the rewards (N,) of a quasi-static transition."""

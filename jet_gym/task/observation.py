@@ -77,6 +77,8 @@ COMPONENTS = (
 )
 """Components of the observation, in order; the environment's documentation says what they mean."""
 
+FIRST_POINT, OBSERVED_PELVIS, OBSERVED_SWING_SOLE = 1, 2, 5  # where these components begin
+
 LOW = np.array([component.low for component in COMPONENTS], dtype=np.float32)
 HIGH = np.array([component.high for component in COMPONENTS], dtype=np.float32)
 
