@@ -104,7 +104,7 @@ class TrainSettings:
     follows, or the move of the pelvis itself."""
     hidden: tuple[int, ...] = (128, 128)
     """Sizes of the hidden layers, of actor and critic each."""
-    hide: tuple[str, ...] = ()
+    hide: tuple[str, ...] = ("edge_angle_if_staying",)
     """Components of the observation that the policy does not get to see."""
     imitation: ImitationSettings = field(default_factory=ImitationSettings)
     """The warm start; --imitation.rounds 0 leaves it out."""

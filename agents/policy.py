@@ -109,11 +109,19 @@ class PolicyPlanner(BatchPlanner):
             paths = [self._refined(step, path) for step, path in zip(steps, paths, strict=True)]
         seconds = perf_counter() - started
         points = sum(step.points for step in steps)
-        plans = []
-        for number, (step, path) in enumerate(zip(steps, paths, strict=True)):
-            plans.append(self._plan_of(step, path, seed, seconds / points))
-            if progress is not None:
-                progress(number + 1, len(steps))
+        plans = Plan.from_pelvis_paths(
+            steps,
+            paths,
+            planner=RefinedPolicyPlanner.name if self.refine else self.name,
+            seed=int(seed),
+            balance=self.balance,
+            fitness=self.fitness,
+            search_range=self.search_range,
+            solve_time=seconds / points,
+            evaluations=2.0 + self.refine * self.sweeps,
+        )
+        if progress is not None:
+            progress(len(steps), len(steps))
         return plans
 
     def _propose(self, steps: Sequence[Step]) -> list[Array]:
@@ -163,19 +171,6 @@ class PolicyPlanner(BatchPlanner):
             if cost < least:
                 path, least = other, cost
         return path
-
-    def _plan_of(self, step: Step, path: Array, seed: int, seconds: float) -> Plan:
-        return Plan.from_pelvis_path(
-            step,
-            path,
-            planner=RefinedPolicyPlanner.name if self.refine else self.name,
-            seed=int(seed),
-            balance=self.balance,
-            fitness=self.fitness,
-            search_range=self.search_range,
-            solve_time=np.full(step.points, seconds),
-            evaluations=np.full(step.points, 2 + self.refine * self.sweeps),
-        )
 
     def _warm_up(self, step: Step) -> None:
         """Load or compile what planning needs, so that solve times leave it out."""

@@ -79,15 +79,20 @@ def fitness_terms(
 
 
 def fitness_of_postures(
-    violations: ArrayLike, thrust: ArrayLike, pelvis: ArrayLike, settings: FitnessSettings | None = None
+    violations: ArrayLike,
+    thrust: ArrayLike,
+    pelvis: ArrayLike,
+    settings: FitnessSettings | None = None,
+    starts: ArrayLike = 0,
 ) -> Array:
-    """Return the fitness terms along a trajectory of postures; f3 is zero at its first point.
+    """Return the fitness terms along trajectories of postures; f3 is zero at the first point of each.
 
     Args:
         violations: Violated constraints (N,) as flags.
         thrust: Thrust (N,) [N].
         pelvis: Pelvis path (N, 3) [m].
         settings: Weights and penalties; the defaults where omitted.
+        starts: Where trajectories begin, one after the other.
 
     Returns:
         f1 to f4 (N, 4) of eqs (16) to (22).
@@ -96,6 +101,7 @@ def fitness_of_postures(
     path = np.asarray(pelvis, dtype=np.float64)
     moved_squared = np.zeros(len(path))
     moved_squared[1:] = (np.diff(path, axis=0) ** 2).sum(axis=1)
+    moved_squared[np.asarray(starts)] = 0.0
     terms = np.empty((len(path), 4))
     flags = np.ascontiguousarray(violations, dtype=np.int64)
     _terms(parameters, flags, np.ascontiguousarray(thrust, dtype=np.float64), moved_squared, terms)

@@ -1,8 +1,8 @@
 """Between which heights of the hip a leg can stand: reach and joint limits, eq. (8), in closed form.
 
 Where a foot is level and points forward, and the pelvis is level, the limits of the leg's joints are circles in
-the plane of the leg, so that the hip's place over the ground leaves it an interval of heights. Limits of the yaw,
-and that of the hip's pitch for a thigh that leans back, are not among them.
+the plane of the leg, so that the hip's place over the ground leaves it an interval of heights. Those of the yaw are
+not among them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,14 @@ def hip_heights(leg: Leg, dx: float, dy: float) -> tuple[float, float]:
     thigh, shank, lateral = -leg.thigh[2], -leg.shank[2], leg.shank[1]
     across = lateral * lateral - dy * dy
     reach = (thigh + shank) * (thigh + shank)
-    highest = math.sqrt(max(reach + across - dx * dx, 0.0)) - _FROM_STRAIGHT
+    highest_squared = reach - dx * dx  # in the plane of the leg, as what follows
+    # a leg that leans back so far that its thigh is at the limit when it is straight has to bend
+    tilt = leg.upper[2] - _FROM_LIMIT
+    knee_ahead = dx - thigh * math.sin(tilt)
+    tilted = thigh * math.cos(tilt) + math.sqrt(max(shank * shank - knee_ahead * knee_ahead, 0.0))
+    leans_back = dx > (thigh + shank) * math.sin(tilt)
+    highest_squared = min(highest_squared, tilted * tilted) if leans_back else highest_squared
+    highest = math.sqrt(max(highest_squared + across, 0.0)) - _FROM_STRAIGHT
 
     roll_left, roll_right = -leg.lower[5] - _FROM_LIMIT, leg.upper[5] - _FROM_LIMIT
     lowest = max(

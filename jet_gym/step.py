@@ -13,7 +13,7 @@ import numpy as np
 from jet_gym.errors import StepError
 from jet_gym.leg import Side, Vector
 from jet_gym.robot import Robot, jet_hr1
-from jet_gym.swing_path import PATH_CHECKS, Arc, arc_of, arc_point, nominal_pelvis
+from jet_gym.swing_path import PATH_CHECKS, Arc, arc_of, arc_points, nominal_pelvis
 from jet_gym.urdf import Array
 
 NOMINAL_KNEE_BEND = 0.9  # height of the nominal pelvis above the soles over the leg length
@@ -86,7 +86,7 @@ class Step:
     def swing_sole(self) -> Array:
         """Positions of the swing sole at the swing points (points, 3) [m]."""
         arc, last = self.arc, self.points - 1
-        return np.array([arc_point(arc, point / last) for point in range(self.points)])
+        return arc_points(arc, np.arange(self.points) / last)
 
     @property
     def time(self) -> Array:
@@ -116,7 +116,7 @@ class Step:
         swing_leg = self.robot.leg(self.swing)
         support_leg = self.robot.leg("right" if self.swing == "left" else "left")
         arc, checks = self.arc, max(self.points, PATH_CHECKS)
-        path = np.array([arc_point(arc, k / (checks - 1)) for k in range(checks)])
+        path = arc_points(arc, np.arange(checks) / (checks - 1))
         support = np.array(self.support)
         ax_min, ax_max, ay_min, ay_max = swing_leg.sole_rectangle
         bx_min, bx_max, by_min, by_max = support_leg.sole_rectangle

@@ -1,7 +1,7 @@
 """The path of the swing sole: an arc of a circle, as the paper's swing trajectories are.
 
-Plain scalar functions, so that a :class:`~jet_gym.step.Step` can call them without loading a compiler and the
-environments can compile them.
+Plain functions, so that a :class:`~jet_gym.step.Step` can call them without loading a compiler; the environments
+compile those of scalars.
 """
 
 from __future__ import annotations
@@ -9,7 +9,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from jet_gym.leg import Vector
+from jet_gym.urdf import Array
 
 PATH_CHECKS = 60  # places along an arc, at least, at which the feet are held against each other
 _VERTICAL = 1e-9  # [m] a chord with a shorter shadow is vertical
@@ -56,19 +59,12 @@ def arc_of(start: Vector, landing: Vector, apex: float, side: float) -> Arc:
     return Arc(start, landing, center, along, (radius * ux, radius * uy, radius * uz), half_angle)
 
 
-def arc_point(arc: Arc, fraction: float) -> Vector:
-    """Return the point [m] at a fraction of the arc's angle; 0 is exactly the start, 1 the landing."""
-    if fraction <= 0.0:
-        return arc.start
-    if fraction >= 1.0:
-        return arc.landing
-    angle = arc.half_angle * (2.0 * fraction - 1.0)
-    s, c = math.sin(angle), math.cos(angle)
-    return (
-        arc.center[0] + s * arc.along[0] + c * arc.up[0],
-        arc.center[1] + s * arc.along[1] + c * arc.up[1],
-        arc.center[2] + s * arc.along[2] + c * arc.up[2],
-    )
+def arc_points(arc: Arc, fractions: Array) -> Array:
+    """Return the points (N, 3) [m] at fractions (N,) of the arc's angle; 0 is exactly the start, 1 the landing."""
+    angles = arc.half_angle * (2.0 * fractions - 1.0)
+    points: Array = arc.center + np.outer(np.sin(angles), arc.along) + np.outer(np.cos(angles), arc.up)
+    points[fractions <= 0.0], points[fractions >= 1.0] = arc.start, arc.landing
+    return points
 
 
 def nominal_pelvis(start: Vector, support: Vector, hip_offset: float, standing_height: float) -> Vector:

@@ -111,7 +111,7 @@ def lay_arc(row: Array) -> None:
 def swing_sole(row: Array, fraction: float) -> Vector:
     """Return a lane's swing sole at a fraction of its arc, exactly start and landing at the ends and beyond.
 
-    What :func:`~jet_gym.swing_path.arc_point` does, in straight-line arithmetic. ``row`` may be a column of lanes.
+    What :func:`~jet_gym.swing_path.arc_points` does, in straight-line arithmetic. ``row`` may be a column of lanes.
     """
     s, c = sine_cosine(row[ARC_HALF_ANGLE] * (2.0 * min(max(fraction, 0.0), 1.0) - 1.0))
     before, after = fraction <= 0.0, fraction >= 1.0
