@@ -58,6 +58,22 @@ def test_the_stable_baselines_model_acts_like_the_plain_network() -> None:
     assert np.allclose(trusted.act(observations), network.act(observations), atol=1e-6)
 
 
+def test_the_stable_baselines_model_predicts_actions_of_the_plain_environment() -> None:
+    """Whatever it chooses inside: a script that knows nothing of that uses it as any other model."""
+    sb3 = pytest.importorskip("stable_baselines3")
+    model = sb3.PPO.load(SHIPPED_POLICY.with_name("model.zip"), device="cpu")
+    network = PolicyNetwork.load(SHIPPED_POLICY)
+    env = gym.make("JetHR1Step-v0", physics="quasistatic")
+    observation, _ = env.reset(seed=4)
+    total, terminated = 0.0, False
+    while not terminated:
+        action, _ = model.predict(observation, deterministic=True)
+        assert action == pytest.approx(network.act(observation[None])[0], abs=1e-5)
+        observation, reward, terminated, _, info = env.step(action)
+        total += float(reward)
+    assert info["is_success"]
+
+
 def test_a_plan_is_what_the_policy_does_as_an_agent(steps: list) -> None:
     network = PolicyNetwork.load(SHIPPED_POLICY)
     env = gym.make("JetHR1Step-v0", physics="quasistatic")
@@ -120,7 +136,8 @@ def test_what_makes_no_sense_is_refused(options: dict, error: type[Exception]) -
 
 def test_a_policy_of_ones_own_is_taken_by_its_path(tmp_path: Path) -> None:
     network = PolicyNetwork.load(SHIPPED_POLICY)
-    lazy = replace(network, layers=tuple((0.0 * weights, 0.0 * biases) for weights, biases in network.layers))
+    layers = tuple((0.0 * weights, 0.0 * biases) for weights, biases in network.layers)
+    lazy = replace(network, layers=layers, chooses="pelvis")
     lazy.save(tmp_path / "lazy.npz")
     plan = PolicyPlanner(model=tmp_path / "lazy.npz").plan(replace(PAPER.side, points=5))
     assert (plan.pelvis == PAPER.side.nominal_pelvis).all()

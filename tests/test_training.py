@@ -20,12 +20,13 @@ import jet_gym  # noqa: F401
 from agents import make_planner
 from agents.policy import PolicyPlanner, load_policy
 from agents.training.callbacks import Curriculum
-from agents.training.extractor import network_of
+from agents.training.extractor import ThrustPolicy, network_of
 from agents.training.imitation import Imitation, ImitationSettings, expert_path
 from agents.training.scaling import observation_scale
 from agents.training.validation import TEST_SEED, VALIDATION_SEED, StepSet, drawn_steps
 from agents.training.vec_env import StepVecEnv
 from jet_gym.cli import cli
+from jet_gym.envs.choices import ChooseThrust
 from jet_gym.envs.jet_hr1_step import JetHR1StepEnv
 from jet_gym.errors import SettingsError
 from jet_gym.plan import Plan
@@ -114,6 +115,27 @@ def test_the_adapter_adds_up_the_terms_of_the_reward() -> None:
     assert envs.noticed() == {}
 
 
+def test_the_adapter_takes_choices_of_the_thrust_as_the_wrapper_does() -> None:
+    ours = StepVecEnv(2, chooses="thrust")
+    theirs = make_vec_env("JetHR1Step-v0", 2, env_kwargs={"physics": "quasistatic"}, wrapper_class=ChooseThrust)
+    ours.seed(5), theirs.seed(5)
+    assert np.array_equal(ours.reset(), theirs.reset())
+    random = np.random.default_rng(0)
+    for _ in range(70):
+        choices = random.uniform(-1.0, 0.2, (2, 3)).astype(np.float32)
+        for mine, its in zip(ours.step(choices)[:3], theirs.step(choices)[:3], strict=True):
+            assert np.array_equal(mine, its)
+
+
+def test_care_is_less_where_a_step_takes_hardly_any_thrust() -> None:
+    (step,) = (step for step in drawn_steps(30, 500) if np.hypot(*step.landing[:2]) < 0.28)
+    careful, light = expert_path(step, 3.0, 0.01), expert_path(step, 3.0, 0.01, relative_mu=1e-4)
+    assert careful is not None
+    assert light is not None
+    fitness = [Plan.from_pelvis_path(step, path, planner="expert").total_fitness for path in (careful, light)]
+    assert fitness[1] < 0.9 * fitness[0]
+
+
 def test_the_adapter_answers_what_stable_baselines_asks() -> None:
     envs = StepVecEnv(2)
     assert envs.get_attr("num_envs", 0) == [2]
@@ -175,10 +197,11 @@ def test_the_expert_keeps_room_to_every_constraint() -> None:
     assert checked >= 4
 
 
-def test_imitation_brings_the_policy_near_the_expert() -> None:
+@pytest.mark.parametrize("policy", ["MlpPolicy", ThrustPolicy])
+def test_imitation_brings_the_policy_near_the_expert(policy: str | type[ThrustPolicy]) -> None:
     """On steps that it did not imitate, where it acts by itself."""
     envs = StepVecEnv(4)
-    model = PPO("MlpPolicy", envs, policy_kwargs=_policy(envs), seed=0)
+    model = PPO(policy, envs, policy_kwargs=_policy(envs), seed=0)
     steps = [step for step in drawn_steps(12, 900) if expert_path(step, 6.0) is not None]
     experts = [expert_path(step, 6.0) for step in steps]
 

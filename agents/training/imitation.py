@@ -38,6 +38,7 @@ from jet_gym.urdf import Array
 
 Act = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 
+_LEAST_MU = 0.01
 _FIRST_MU = 30.0  # where the expert's interior-point method begins
 _THRUST_SHARE = 0.01  # of mu that the thrust's limits and the edge polygon get where the thrust is chosen
 _LEAST_PENALTY = 5000.0  # a path that costs more at one point violates a constraint there
@@ -65,6 +66,8 @@ class ImitationSettings:
         batch_size: States in a gradient step.
         learning_rate: At the beginning; it falls linearly to nothing.
         mu: How careful the expert is: the weight of the logarithms of its constraints' slacks, in units of fitness.
+        relative_mu: What that weight is at most, over the total fitness of the step: care costs fitness, and where
+            a step takes hardly any it would be all that there is.
     """
 
     rounds: int = 80
@@ -76,6 +79,7 @@ class ImitationSettings:
     batch_size: int = 1024
     learning_rate: float = 2e-3
     mu: float = 3.0
+    relative_mu: float = 1e-3
 
 
 class Labelled(NamedTuple):
@@ -87,7 +91,7 @@ class Labelled(NamedTuple):
     weights: NDArray[np.float32]  # (N,) less the farther the state is from the expert's path
 
 
-def expert_path(step: Step, mu: float, thrust_share: float = 1.0) -> Array | None:
+def expert_path(step: Step, mu: float, thrust_share: float = 1.0, relative_mu: float = math.inf) -> Array | None:
     """Return a pelvis path (N, 3) [m] that keeps room to every constraint, or ``None`` where none was found.
 
     Args:
@@ -95,13 +99,19 @@ def expert_path(step: Step, mu: float, thrust_share: float = 1.0) -> Array | Non
         mu: Weight of the logarithms of the slacks.
         thrust_share: Share of it that the slacks of thrust and edge polygon get; with all of it the thrust is
             ``3 mu / 10`` N or more.
+        relative_mu: What ``mu`` is at most, over the total fitness.
     """
     model, points = search_of_step(step, BalanceSettings(), FitnessSettings())
     path: Array = make_planner("gas").plan(step).pelvis.copy()
     bring_inside(model, points, path)
-    polish(model, points, _FIRST_MU, mu, shares_of_mu(thrust_share), path)
+    shares = shares_of_mu(thrust_share)
+    polish(model, points, _FIRST_MU, mu, shares, path)
+    cost = cost_of_path(model, points, path)
+    if relative_mu * cost < mu:
+        polish(model, points, mu, max(relative_mu * cost, _LEAST_MU), shares, path)
+        cost = cost_of_path(model, points, path)
     most = step.points * (FitnessSettings.thrust_weight * 23.0 + 100.0) + 0.5 * _LEAST_PENALTY
-    return path if cost_of_path(model, points, path) < most else None
+    return path if cost < most else None
 
 
 class Imitation:
@@ -134,7 +144,6 @@ class Imitation:
         self._optimizer = torch.optim.Adam(actor, lr=settings.learning_rate)
         self._task = TaskModel(difficulty=difficulty)
         self._by_thrust = isinstance(policy, ThrustPolicy)
-        self._thrust_share = _THRUST_SHARE if self._by_thrust else 1.0
         self._astray = _ASTRAY_BY_THRUST if self._by_thrust else _ASTRAY
 
     @property
@@ -166,7 +175,13 @@ class Imitation:
     def _plan_more(self, count: int) -> tuple[list[Step], list[Array | None]]:
         steps = drawn_steps(count, self._next_seed, self._difficulty)
         self._next_seed += count
-        return steps, [expert_path(step, self._settings.mu, self._thrust_share) for step in steps]
+        return steps, [self._expert_path(step) for step in steps]
+
+    def _expert_path(self, step: Step) -> Array | None:
+        settings = self._settings
+        if not self._by_thrust:
+            return expert_path(step, settings.mu)
+        return expert_path(step, settings.mu, _THRUST_SHARE, settings.relative_mu)
 
     def _keep(self, steps: Sequence[Step], paths: Sequence[Array | None]) -> None:
         for step, path in zip(steps, paths, strict=True):
