@@ -71,7 +71,7 @@ class TrainSettings:
     """A model.zip of an earlier run to start from, in place of imitation. Loading it can run code that is in it."""
     physics: Literal["quasistatic", "bullet"] = "quasistatic"
     """The model alone, in a batch, or PyBullet's dynamics, to fine-tune in."""
-    steps: int = 1_500_000
+    steps: int = 1_200_000
     """Environment steps of PPO."""
     lanes: int = 64
     """Environments side by side."""

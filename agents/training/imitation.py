@@ -70,16 +70,16 @@ class ImitationSettings:
             a step takes hardly any it would be all that there is.
     """
 
-    rounds: int = 80
+    rounds: int = 60
     first_steps: int = 600
-    steps_per_round: int = 64
+    steps_per_round: int = 40
     episodes: int = 700
     memory: int = 500_000
     samples: int = 200_000
     batch_size: int = 1024
     learning_rate: float = 2e-3
     mu: float = 3.0
-    relative_mu: float = 1e-3
+    relative_mu: float = 3e-4
 
 
 class Labelled(NamedTuple):

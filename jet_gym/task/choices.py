@@ -4,7 +4,8 @@ A policy that chose the pelvis itself would have to hit the edge polygon, eq. (1
 0.1 N of thrust. Turned round, every choice meets eqs (9) and (10): the thrust says how far from the assigned ZMP
 the centre of mass is, eqs (1) to (3), the place across says where in the polygon's width, and the pelvis is what
 brings the centre of mass there. Its height is raised or lowered from the last by what is chosen, within what the
-legs allow (:mod:`jet_gym.leg_heights`). Broyden's method finds the pelvis, from nothing but what an agent observes.
+legs allow (:mod:`jet_gym.leg_heights`). Where they allow none, or the pelvis would have to go farther than it may,
+the thrust yields. Broyden's method finds the pelvis, from nothing but what an agent observes.
 
 A choice has three numbers in [-1, 1]:
 
@@ -39,7 +40,9 @@ _WIDEST = 0.95  # of half the edge polygon's width
 _FURTHEST = 0.98  # of the edge polygon's length
 _NARROW = 1e-7  # [m] width below which there is no place across
 _DIFFERENCE = 1e-5  # [m] of the derivatives
-_CORRECTIONS = 8  # of the pelvis
+_MOST_CORRECTIONS = 24  # of the pelvis; a step of some millimetres takes five
+_CLOSE = 2e-8  # [m] from where the centre of mass has to be
+_UNTOUCHED = 3  # of them before the thrust is raised where the legs need it
 _LONGEST = 0.05  # [m] of a correction, per axis
 _LEAST_DETERMINANT = 0.05  # of the derivatives, 0.5 or so in ordinary postures
 _PELVIS = 16  # row of a block of postures
@@ -59,6 +62,8 @@ def actions_of_choices(
     """
     given, found, flags = np.zeros((GIVEN_ROWS, BLOCK)), np.empty((FOUND_ROWS, BLOCK)), np.empty(BLOCK, np.int64)
     target, wished, range_ = np.empty((2, BLOCK)), np.empty(BLOCK), np.empty(BLOCK)
+    chosen, missing, farther = np.empty((2, BLOCK)), np.empty(BLOCK), np.empty(BLOCK)
+    origin = np.empty((3, BLOCK))
     com, jacobian, move = np.empty((2, BLOCK)), np.empty((4, BLOCK)), np.empty((2, BLOCK))
     swing_leg, support_leg, trunk, _, balance, _, task = unpack(numbers)
     for start in range(0, len(observations), BLOCK):
@@ -69,31 +74,35 @@ def actions_of_choices(
             stance = _observed_stance(swing_leg, support_leg, balance, row)
             range_[i] = task.first_range if row[FIRST_POINT] > 0.5 else task.later_range
             x, y, z = _three(row, OBSERVED_PELVIS)
+            origin[0, i], origin[1, i], origin[2, i] = x, y, z
             wished[i] = z + range_[i] * _bounded(choice[HEIGHT])
             put(given, i, stance, (x, y, wished[i]))
-            target[0, i], target[1, i] = _place(balance, stance, _bounded(choice[THRUST]), _bounded(choice[ASIDE]))
-        _limit_heights(swing_leg, support_leg, wished, given)
+            chosen[0, i], chosen[1, i], farther[i] = _bounded(choice[THRUST]), _bounded(choice[ASIDE]), 0.0
+        _aim(balance, given, chosen, farther, target)
+        _limit_heights(swing_leg, support_leg, wished, given, missing)
         for axis in range(2):
             for i in range(BLOCK):
                 given[_PELVIS + axis, i] -= _DIFFERENCE
-            _limit_heights(swing_leg, support_leg, wished, given)
+            _limit_heights(swing_leg, support_leg, wished, given, missing)
             evaluate_block(swing_leg, support_leg, trunk, balance, given, found, flags)
             for i in range(BLOCK):
                 given[_PELVIS + axis, i] += _DIFFERENCE
                 jacobian[axis, i], jacobian[2 + axis, i] = found[COM, i], found[COM + 1, i]
-        _limit_heights(swing_leg, support_leg, wished, given)
+        _limit_heights(swing_leg, support_leg, wished, given, missing)
         evaluate_block(swing_leg, support_leg, trunk, balance, given, found, flags)
         _finish_jacobian(found, jacobian)
-        for correction in range(_CORRECTIONS):
-            _correct(target, found, jacobian, given, com, move)
-            _limit_heights(swing_leg, support_leg, wished, given)
-            if correction < _CORRECTIONS - 1:
-                evaluate_block(swing_leg, support_leg, trunk, balance, given, found, flags)
-                _update_jacobian(found, com, move, jacobian)
+        for correction in range(_MOST_CORRECTIONS):
+            if correction >= _UNTOUCHED:
+                _yield(given, origin, range_, missing, farther)
+                _aim(balance, given, chosen, farther, target)
+            if _correct(target, found, missing, jacobian, given, com, move) == BLOCK:
+                break
+            _limit_heights(swing_leg, support_leg, wished, given, missing)
+            evaluate_block(swing_leg, support_leg, trunk, balance, given, found, flags)
+            _update_jacobian(found, com, move, jacobian)
         for i in range(count):
-            origin = _three(observations[start + i], OBSERVED_PELVIS)
             for axis in range(3):
-                actions[start + i, axis] = _bounded((given[_PELVIS + axis, i] - origin[axis]) / range_[i])
+                actions[start + i, axis] = _bounded((given[_PELVIS + axis, i] - origin[axis, i]) / range_[i])
 
 
 @entry_point
@@ -167,15 +176,44 @@ def _half_width(balance: BalanceParameters, length: float, along: float) -> floa
 
 
 @inlined
+def _yield(given: Array, origin: Array, range_: Array, missing: Array, farther: Array) -> None:
+    """Change the thrust where the legs do not reach, or the pelvis would have to go farther than it may.
+
+    Args:
+        given: The block of postures.
+        origin: Where the pelvis is before the action (3, BLOCK) [m].
+        range_: How far it may go, per axis (BLOCK,) [m].
+        missing: What the legs miss (BLOCK,) [m]; what the pelvis would go too far is added.
+        farther: How much farther from the assigned ZMP the centre of mass is to be (BLOCK,) [m].
+    """
+    for i in range(BLOCK):
+        ax, ay, _ = _axis(stance_in(given, i))
+        dx, dy = given[_PELVIS, i] - origin[0, i], given[_PELVIS + 1, i] - origin[1, i]
+        too_far_x = dx - min(max(dx, -range_[i]), range_[i])
+        too_far_y = dy - min(max(dy, -range_[i]), range_[i])
+        farther[i] += missing[i] if missing[i] > 0.0 else -(ax * too_far_x + ay * too_far_y)
+        missing[i] = max(missing[i], abs(too_far_x), abs(too_far_y))
+
+
+@inlined
+def _aim(balance: BalanceParameters, given: Array, chosen: Array, farther: Array, target: Array) -> None:
+    """Set where the centre of mass has to be for what is chosen [m]."""
+    for i in range(BLOCK):
+        target[0, i], target[1, i] = _place(balance, stance_in(given, i), chosen[0, i], chosen[1, i], farther[i])
+
+
+@inlined
 def _place(
-    balance: BalanceParameters, stance: Stance, thrust_choice: float, aside_choice: float
+    balance: BalanceParameters, stance: Stance, thrust_choice: float, aside_choice: float, farther: float
 ) -> tuple[float, float]:
-    """Return where the centre of mass has to be [m], eq. (3) turned round."""
+    """Return where the centre of mass has to be [m], eq. (3) turned round, or farther from the assigned ZMP."""
     share = max(thrust_choice - _IDLE, 0.0) / (1.0 - _IDLE)
     thrust = _IDLE_THRUST + max(_MOST_THRUST * balance.max_thrust - _IDLE_THRUST, 0.0) * share * share
     ax, ay, length = _axis(stance)
     fan_along, fan_aside, fan_squared = _lever(stance, ax, ay)
-    along = min(thrust * fan_squared / (balance.weight * fan_along), _FURTHEST * length)
+    per_thrust = fan_squared / (balance.weight * fan_along)
+    along = max(thrust * per_thrust + farther, _IDLE_THRUST * per_thrust)
+    along = min(along, _MOST_THRUST * balance.max_thrust * per_thrust, _FURTHEST * length)
     aside = aside_choice * _half_width(balance, length, along)
     along -= aside * fan_aside / fan_along
     zx, zy = stance.assigned_zmp
@@ -197,8 +235,11 @@ def _read(balance: BalanceParameters, stance: Stance, com_x: float, com_y: float
 
 
 @inlined
-def _limit_heights(swing_leg: Leg, support_leg: Leg, wished: Array, given: Array) -> None:
-    """Set the pelvis to the wished heights [m], within what the legs allow; their reach comes first."""
+def _limit_heights(swing_leg: Leg, support_leg: Leg, wished: Array, given: Array, missing: Array) -> None:
+    """Set the pelvis to the wished heights [m], within what the legs allow; their reach comes first.
+
+    What the legs miss of allowing any height, where they do, is written to ``missing`` [m].
+    """
     for i in range(BLOCK):
         c, s, x, y = given[0, i], given[1, i], given[_PELVIS, i], given[_PELVIS + 1, i]
         hip = swing_leg.hip
@@ -212,6 +253,7 @@ def _limit_heights(swing_leg: Leg, support_leg: Leg, wished: Array, given: Array
         )
         least, most = max(least, given[7, i] - hip[2] + low), min(most, given[7, i] - hip[2] + high)
         given[_PELVIS + 2, i] = min(max(wished[i], least), most)
+        missing[i] = least - most
 
 
 @inlined
@@ -224,8 +266,17 @@ def _finish_jacobian(found: Array, jacobian: Array) -> None:
 
 
 @inlined
-def _correct(target: Array, found: Array, jacobian: Array, given: Array, com: Array, move: Array) -> None:
-    """Move the pelvis in the plane by what the centre of mass misses its target; remember both."""
+def _correct(
+    target: Array, found: Array, missing: Array, jacobian: Array, given: Array, com: Array, move: Array
+) -> int:
+    """Move the pelvis in the plane by what the centre of mass misses its target; remember both.
+
+    Those that have arrived stay, so that what is found for one does not depend on the others in its block.
+
+    Returns:
+        How many have arrived.
+    """
+    arrived = 0
     for i in range(BLOCK):
         com[0, i], com[1, i] = found[COM, i], found[COM + 1, i]
         missing_x, missing_y = target[0, i] - com[0, i], target[1, i] - com[1, i]
@@ -234,11 +285,15 @@ def _correct(target: Array, found: Array, jacobian: Array, given: Array, com: Ar
         jacobian[0, i], jacobian[1, i] = (jacobian[0, i] if regular else 1.0), (jacobian[1, i] if regular else 0.0)
         jacobian[2, i], jacobian[3, i] = (jacobian[2, i] if regular else 0.0), (jacobian[3, i] if regular else 1.0)
         determinant = determinant if regular else 1.0
-        dx = (jacobian[3, i] * missing_x - jacobian[1, i] * missing_y) / determinant
-        dy = (jacobian[0, i] * missing_y - jacobian[2, i] * missing_x) / determinant
+        stays = (abs(missing_x) + abs(missing_y) < _CLOSE) & (missing[i] <= 0.0)
+        arrived += 1 if stays else 0
+        scale = 0.0 if stays else 1.0 / determinant
+        dx = (jacobian[3, i] * missing_x - jacobian[1, i] * missing_y) * scale
+        dy = (jacobian[0, i] * missing_y - jacobian[2, i] * missing_x) * scale
         move[0, i], move[1, i] = min(max(dx, -_LONGEST), _LONGEST), min(max(dy, -_LONGEST), _LONGEST)
         given[_PELVIS, i] += move[0, i]
         given[_PELVIS + 1, i] += move[1, i]
+    return arrived
 
 
 @inlined
