@@ -38,8 +38,8 @@ from stable_baselines3.common.vec_env import VecEnv
 
 import jet_gym  # noqa: F401  registers the environment
 from agents.network import Chooses
+from agents.sb3_policy import ScaledObservation, ThrustPolicy, network_of
 from agents.training.callbacks import MODEL, Curriculum, Validate
-from agents.training.extractor import ScaledObservation, ThrustPolicy, network_of
 from agents.training.imitation import Imitation, ImitationSettings
 from agents.training.run_folder import describe_run, write_json
 from agents.training.scaling import observation_scale

@@ -234,7 +234,7 @@ def _load_zip(path: str | Path) -> PolicyNetwork:
     try:
         from stable_baselines3 import PPO
 
-        from agents.training.extractor import network_of
+        from agents.sb3_policy import network_of
     except ImportError as error:
         raise PolicyFileError(f"loading {path!s} needs stable-baselines3: pip install 'jet-gym[train]'") from error
     try:

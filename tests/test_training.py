@@ -19,8 +19,8 @@ from stable_baselines3.common.monitor import Monitor
 import jet_gym  # noqa: F401
 from agents import make_planner
 from agents.policy import PolicyPlanner, load_policy
+from agents.sb3_policy import ThrustPolicy, network_of
 from agents.training.callbacks import Curriculum
-from agents.training.extractor import ThrustPolicy, network_of
 from agents.training.imitation import Imitation, ImitationSettings, expert_path
 from agents.training.scaling import observation_scale
 from agents.training.validation import TEST_SEED, VALIDATION_SEED, StepSet, drawn_steps
@@ -219,7 +219,7 @@ def test_imitation_brings_the_policy_near_the_expert(policy: str | type[ThrustPo
 
 
 def _policy(envs: StepVecEnv) -> dict[str, Any]:
-    from agents.training.extractor import ScaledObservation
+    from agents.sb3_policy import ScaledObservation
 
     width = envs.observation_space.shape[0]
     scale = {"center": np.zeros(width), "scale": np.ones(width)}

@@ -14,7 +14,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 
 from agents.network import PolicyNetwork
-from agents.training.extractor import network_of
+from agents.sb3_policy import network_of
 from agents.training.run_folder import write_json
 from agents.training.validation import Score, StepSet
 from agents.training.vec_env import StepVecEnv

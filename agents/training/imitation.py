@@ -25,7 +25,7 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from agents.barrier import bring_inside, polish, shares_of_mu
 from agents.lattice import cost_of_path, search_of_step
 from agents.planner import make_planner
-from agents.training.extractor import ThrustPolicy
+from agents.sb3_policy import ThrustPolicy
 from agents.training.validation import drawn_steps
 from jet_gym.balance import GRAVITY, BalanceSettings
 from jet_gym.fitness import FitnessSettings
