@@ -41,6 +41,8 @@ _FURTHEST = 0.98  # of the edge polygon's length
 _NARROW = 1e-7  # [m] width below which there is no place across
 _DIFFERENCE = 1e-5  # [m] of the derivatives
 _MOST_CORRECTIONS = 24  # of the pelvis; a step of some millimetres takes five
+_YIELDING = 0.5  # of what the legs miss, in each correction: a longer step would yield more than they need
+_NEAR = 5e-6  # [m] that legs may miss; the room that is kept to their limits is more
 _CLOSE = 2e-8  # [m] from where the centre of mass has to be
 _UNTOUCHED = 3  # of them before the thrust is raised where the legs need it
 _LONGEST = 0.05  # [m] of a correction, per axis
@@ -191,7 +193,7 @@ def _yield(given: Array, origin: Array, range_: Array, missing: Array, farther: 
         dx, dy = given[_PELVIS, i] - origin[0, i], given[_PELVIS + 1, i] - origin[1, i]
         too_far_x = dx - min(max(dx, -range_[i]), range_[i])
         too_far_y = dy - min(max(dy, -range_[i]), range_[i])
-        farther[i] += missing[i] if missing[i] > 0.0 else -(ax * too_far_x + ay * too_far_y)
+        farther[i] += _YIELDING * missing[i] if missing[i] > 0.0 else -(ax * too_far_x + ay * too_far_y)
         missing[i] = max(missing[i], abs(too_far_x), abs(too_far_y))
 
 
@@ -285,7 +287,7 @@ def _correct(
         jacobian[0, i], jacobian[1, i] = (jacobian[0, i] if regular else 1.0), (jacobian[1, i] if regular else 0.0)
         jacobian[2, i], jacobian[3, i] = (jacobian[2, i] if regular else 0.0), (jacobian[3, i] if regular else 1.0)
         determinant = determinant if regular else 1.0
-        stays = (abs(missing_x) + abs(missing_y) < _CLOSE) & (missing[i] <= 0.0)
+        stays = (abs(missing_x) + abs(missing_y) < _CLOSE) & (missing[i] < _NEAR)
         arrived += 1 if stays else 0
         scale = 0.0 if stays else 1.0 / determinant
         dx = (jacobian[3, i] * missing_x - jacobian[1, i] * missing_y) * scale
