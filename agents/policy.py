@@ -8,7 +8,7 @@ more candidates are spread more widely, at last around the path of GAS, and the 
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -30,7 +30,12 @@ from jet_gym.task.drawing import LEAST_POINTS, MOST_POINTS
 from jet_gym.urdf import Array
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from jet_gym.task.lanes import Lanes
     from jet_gym.task.model import TaskModel
+
+    Act = Callable[[Lanes, NDArray[np.float32], NDArray[np.int64]], NDArray[np.float32]]
 
 _WIDE = RefinementSettings(candidates=64, sweeps=8, widest=20e-3, narrowest=1e-3)  # where a constraint stays broken
 SHIPPED_POLICY = Path(__file__).parent / "policies" / "jet_hr1_step_v0" / "policy.npz"
@@ -41,7 +46,7 @@ class PolicyPlanner(BatchPlanner):
     """A trained policy; deterministic, the seed changes nothing.
 
     It was trained on steps of 30 to 60 swing points, as ``JetHR1Step-v0`` draws them. A step with fewer or more is
-    gone through with 30 or 60, and the path interpolated.
+    gone through with 30 or 60, and the path interpolated, with the thrusts that it then chooses.
 
     Attributes:
         model: A network, or a policy file: ``.npz`` as ``train.py`` writes it, or with ``trust`` a
@@ -132,11 +137,33 @@ class PolicyPlanner(BatchPlanner):
             else replace(step, points=min(max(step.points, LEAST_POINTS), MOST_POINTS))
             for step in steps
         ]
-        paths = self._follow_policy(known)
-        return [_resampled(path, step.points) for step, path in zip(steps, paths, strict=True)]
+        paths = self._walk(known, lambda _, seen, __: self.network.act(seen, self.task))
+        if self.network.chooses == "pelvis":
+            return [_resampled(path, step.points) for step, path in zip(steps, paths, strict=True)]
+        odd = [number for number, step in enumerate(steps) if step.points != len(paths[number])]
+        if odd:
+            between = [_resampled(paths[number], steps[number].points) for number in odd]
+            for number, path in zip(odd, self._balanced([steps[number] for number in odd], between), strict=True):
+                paths[number] = path
+        return paths
 
-    def _follow_policy(self, steps: Sequence[Step]) -> list[Array]:
-        """Let the policy act in the quasi-static environment; return the pelvis paths."""
+    def _balanced(self, steps: Sequence[Step], paths: Sequence[Array]) -> list[Array]:
+        """Return paths near those given that choose the same thrusts, places across and heights."""
+        task = self.task
+        longest = max(len(path) for path in paths)
+        padded = np.stack([np.pad(path, ((0, longest - len(path)), (0, 0)), mode="edge") for path in paths], axis=1)
+
+        def act(lanes: Lanes, seen: NDArray[np.float32], acting: NDArray[np.int64]) -> NDArray[np.float32]:
+            points = lanes.point[acting].astype(np.int64)
+            reach = np.where(points == 0, task.settings.first_range, task.settings.later_range)
+            wanted = (padded[points, acting] - lanes.pelvis[acting]) / reach[:, None]
+            wanted[:, 1] *= lanes.side[acting]
+            return task.actions_of_choices(seen, task.choices_of_actions(seen, wanted))
+
+        return self._walk(steps, act)
+
+    def _walk(self, steps: Sequence[Step], act: Act) -> list[Array]:
+        """Act in the quasi-static environment on all steps side by side; return the pelvis paths."""
         from jet_gym.task.lanes import Lanes
         from jet_gym.task.transition import Transition
 
@@ -149,7 +176,7 @@ class PolicyPlanner(BatchPlanner):
         for point in range(longest):
             acting = acting[lanes.point[acting] < lanes.points[acting]]
             task.observe(lanes, acting, observations)
-            actions[acting] = self.network.act(observations[acting], task)
+            actions[acting] = act(lanes, observations[acting], acting)
             task.advance(lanes, actions, acting, transition)
             paths[point] = lanes.pelvis
         return [paths[: step.points, lane].copy() for lane, step in enumerate(steps)]
