@@ -128,7 +128,7 @@ def test_the_adapter_takes_choices_of_the_thrust_as_the_wrapper_does() -> None:
 
 
 def test_care_is_less_where_a_step_takes_hardly_any_thrust() -> None:
-    (step,) = (step for step in drawn_steps(30, 500) if np.hypot(*step.landing[:2]) < 0.28)
+    step = next(step for step in drawn_steps(30, 500) if np.hypot(*step.landing[:2]) < 0.28)
     careful, light = expert_path(step, 3.0, 0.01), expert_path(step, 3.0, 0.01, relative_mu=1e-4)
     assert careful is not None
     assert light is not None
