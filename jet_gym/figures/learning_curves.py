@@ -17,11 +17,11 @@ Validations = Sequence[Mapping[str, float]]
 """The validations of a run: ``steps``, ``seconds`` and the fields of a score, in the order of their steps."""
 
 _QUANTITIES = (
-    ("wins", "steps with less fitness than GAS [%]", 100.0, False),
-    ("median_ratio", "median fitness over that of GAS", 1.0, True),
-    ("violated_points", "swing points that violate a constraint [%]", 100.0, True),
+    ("wins", "steps with less fitness than GAS [%]", 100.0),
+    ("median_ratio", "median fitness over that of GAS", 1.0),
+    ("violated_points", "swing points that violate a constraint [%]", 100.0),
 )
-_COLOR, _LEAST = "#0072B2", 1e-3
+_COLOR = "#0072B2"
 
 
 def plot_learning_curves(runs: Sequence[Validations]) -> Figure:
@@ -37,19 +37,14 @@ def plot_learning_curves(runs: Sequence[Validations]) -> Figure:
         raise ValueError("learning curves need at least one run with a validation")
     figure = style.new_figure(12.0, 4.6)
     panels: list[Axes] = list(np.atleast_1d(figure.subplots(1, 3, sharex=True)))
-    for panel, (name, label, scale, logarithmic) in zip(panels, _QUANTITIES, strict=True):
+    for panel, (name, label, scale) in zip(panels, _QUANTITIES, strict=True):
         for run in runs:
             steps = [row["steps"] / 1e6 for row in run]
             values = [scale * row[name] for row in run]
-            panel.plot(steps, np.maximum(values, _LEAST), color=style.tint(_COLOR, 0.45), linewidth=1.0)
+            panel.plot(steps, values, color=style.tint(_COLOR, 0.45), linewidth=1.0)
         at, middle = _median(runs, name)
-        panel.plot(at / 1e6, np.maximum(scale * middle, _LEAST), color=_COLOR, linewidth=2.4)
-        if logarithmic:
-            panel.set_yscale("log")
-            for axis_part in ("major", "minor"):
-                getattr(panel.yaxis, f"set_{axis_part}_formatter")("{x:g}")
-        else:
-            panel.set_ylim(0.0, 100.0)
+        panel.plot(at / 1e6, scale * middle, color=_COLOR, linewidth=2.4)
+        panel.set_ylim(bottom=0.0, top=100.0 if name == "wins" else None)
         style.label_axes(panel, x_label="steps of PPO [10⁶]", y_label=label)
     panels[1].axhline(1.0, color=style.INK, linewidth=0.8, linestyle=":")
     runs_said = f"{len(runs)} seeds, their median thick" if len(runs) > 1 else "one seed"
