@@ -126,12 +126,10 @@ def begin(*_: Any, **__: Any) -> Any:
 
 
 def training() -> ModuleType:
-    """Return ``train.py`` with its training cut off; loading torch once is enough."""
+    """Return ``train.py``; loading torch once is enough."""
     from jet_gym.cli import train
 
-    script = train._load(next(place for place in train._PLACES if place.exists()))
-    script.train = begin  # type: ignore[attr-defined]
-    return script
+    return train._load(next(place for place in train._PLACES if place.exists()))
 
 
 @pytest.fixture(scope="module")
@@ -174,6 +172,7 @@ def _without_work() -> Iterator[None]:
         ):
             stack.enter_context(patch(target, begin))
         stack.enter_context(patch.object(reproduction, "PARTS", parts))
+        stack.enter_context(patch.object(script, "train", begin))
         stack.enter_context(patch("jet_gym.cli.train._load", lambda _: script))
         yield
 

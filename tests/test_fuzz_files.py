@@ -172,6 +172,7 @@ def policy_arrays() -> dict[str, Any]:
 
 def refused_or_acts(path: Path, tmp_path: Path) -> None:
     """Load a policy; whatever loads must act on everything that is observed, and plan."""
+    PolicyNetwork.load(SHIPPED_POLICY)  # acting loads machine code from numba's cache, which is pickled
     with watched() as deeds:
         try:
             network = PolicyNetwork.load(path)
