@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import functools
-import importlib.util
 import io
 import re
 import runpy
@@ -25,7 +24,7 @@ import tyro
 from markdown_it import MarkdownIt
 from packaging.requirements import Requirement
 
-from jet_gym.cli import cli
+from jet_gym.cli import cli, train
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([ROOT / "README.md", *ROOT.glob("CONTRIBUTING.md"), *(ROOT / "docs").glob("*.md")])
@@ -146,13 +145,7 @@ def known_options() -> set[str]:
 
 @functools.cache
 def _train_script() -> Any:
-    spec = importlib.util.spec_from_file_location("train", ROOT / "train.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["train"] = module  # where its annotations are looked up
-    spec.loader.exec_module(module)
-    return module
+    return train._load(ROOT / "train.py")
 
 
 class _ParsedError(BaseException):

@@ -86,6 +86,18 @@ def test_every_choice_within_reach_keeps_thrust_and_edge_polygon(seed: int, poin
     assert (flags[done] & (THRUST | EDGE_POLYGON | ZMP) == 0).all()
 
 
+def test_the_thrust_is_what_was_chosen(walk: OnThePathOfGas) -> None:
+    """Where the pelvis comes so far in one action, and the legs allow it."""
+    choices = np.zeros((COUNT, 3), dtype=np.float32)
+    choices[:, 0] = np.linspace(-0.6, 0.3, COUNT)
+    actions = walk.task.actions_of_choices(walk.observe(), choices)
+    walk.advance(actions)
+    done = (np.abs(actions).max(axis=1) < 1.0) & (walk.transition.violations == 0)
+    asked = MAX_THRUST * ((choices[:, 0].astype(float) + 0.7) / 1.7) ** 2
+    assert done.sum() > COUNT / 2
+    assert (np.abs(walk.transition.thrust - asked) < 0.01)[done].mean() > 0.8
+
+
 def test_places_across_are_the_polygons_edges(walk: OnThePathOfGas) -> None:
     observations = walk.observe()
     for aside, sign in ((-1.0, -1.0), (0.0, 0.0), (1.0, 1.0)):

@@ -15,6 +15,7 @@ from agents import Plan, make_planner
 from jet_gym.courses import PAPER
 from jet_gym.errors import PlanFileError
 from jet_gym.plan import roughness
+from jet_gym.task.drawing import draw_random_steps
 
 STEP = replace(PAPER.side, points=8)
 
@@ -136,3 +137,16 @@ def test_roughness_is_the_root_mean_square_second_difference() -> None:
     assert roughness([0.0, 0.0, 1.0, 0.0]) == pytest.approx(np.sqrt((1.0 + 4.0) / 2.0))
     assert roughness([[0.0, 0.0], [1.0, 1.0], [0.0, 0.0]]) == pytest.approx(np.sqrt(8.0))
     assert roughness([1.0, 2.0]) == 0.0
+
+
+def test_plans_made_at_once_are_those_made_one_by_one() -> None:
+    steps = draw_random_steps(6, seed=2)
+    assert {step.swing for step in steps} == {"left", "right"}
+    random = np.random.default_rng(0)
+    paths = [step.nominal_pelvis + random.normal(0.0, 0.02, (step.points, 3)) for step in steps]
+    for step, path, plan in zip(steps, paths, Plan.from_pelvis_paths(steps, paths, planner="mine"), strict=True):
+        alone = Plan.from_pelvis_path(step, path, planner="mine")
+        assert plan.step is step
+        assert plan.violations == alone.violations
+        for name in ("pelvis", "thrust", "fitness", "joint_positions", "zmp", "swing_sole"):
+            assert np.array_equal(getattr(plan, name), getattr(alone, name))

@@ -94,6 +94,13 @@ def test_many_plans_at_once_are_those_of_one_at_a_time(steps: list) -> None:
     assert planner.plan_many([]) == []
 
 
+def test_between_the_points_that_it_knows_the_policy_keeps_its_balance() -> None:
+    """With 180 points a path drawn straight between its 60 would leave the edge polygon."""
+    plan = make_planner("policy").plan(PAPER.forward)
+    assert len(plan.pelvis) == PAPER.forward.points > 60
+    assert not plan.violated_points
+
+
 def test_a_mirrored_step_gets_the_mirrored_plan() -> None:
     left = PAPER.side
     right = replace(left, swing="right", start=_mirrored(left.start), landing=_mirrored(left.landing),
