@@ -81,7 +81,7 @@ class TrainSettings:
     """States in a gradient step of PPO."""
     epochs: int = 10
     """How often PPO goes through a rollout."""
-    learning_rates: tuple[float, float] = (5e-5, 5e-6)
+    learning_rates: tuple[float, float] = (1e-5, 2e-6)
     """Of PPO at the beginning and at the end; it falls geometrically, as the actions' deviation does."""
     target_kl: float | None = 0.03
     """Divergence from the last policy beyond which an update stops early."""
@@ -89,7 +89,7 @@ class TrainSettings:
     """Discount factor of a swing point."""
     gae_lambda: float = 0.95
     """Of generalised advantage estimation."""
-    deviations: tuple[float, float] = (0.008, 0.002)
+    deviations: tuple[float, float] = (0.004, 0.001)
     """Standard deviation of what is chosen, of 1, at the beginning and at the end; geometric in between."""
     violation_cost: float = TaskSettings.violation_cost
     """What a violated constraint costs PPO at least, in units of a point at full thrust."""

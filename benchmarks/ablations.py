@@ -46,7 +46,8 @@ VARIANTS: dict[str, list[str]] = {
     "half of the episodes on failed steps": ["--replay", "0.5"],
     "violation cost 5": ["--violation-cost", "5"],
     "discount 0.99": ["--gamma", "0.99"],
-    "as much noise at the end as at first": ["--deviations", "0.008", "0.008"],
+    "larger steps, more noise": ["--learning-rates", "5e-5", "5e-6", "--deviations", "0.008", "0.002"],
+    "as much noise at the end as at first": ["--deviations", "0.004", "0.004"],
 }
 """What is changed in each variant, as train.py's arguments."""
 

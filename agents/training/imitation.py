@@ -30,7 +30,7 @@ from agents.training.validation import drawn_steps
 from jet_gym.balance import GRAVITY, BalanceSettings
 from jet_gym.fitness import FitnessSettings
 from jet_gym.step import Step
-from jet_gym.task.choices import ASIDE, HEIGHT, THRUST
+from jet_gym.task.choices import ASIDE, HEIGHT, IDLE, THRUST
 from jet_gym.task.lanes import Lanes
 from jet_gym.task.model import TaskModel
 from jet_gym.task.transition import Transition
@@ -240,11 +240,11 @@ class Imitation:
             return np.clip(wanted, -1.0, 1.0).astype(np.float32), np.full(wanted.shape, 1e3 * reach, np.float32)
         labels = self._task.choices_of_actions(observations, wanted)
         most, weight, slope = self._task.max_thrust, self._task.robot.mass * GRAVITY, self._task.edge_slope
-        for_thrust = _FAN_DISTANCE * 1e3 / weight  # [mm/N]
-        share = (labels[:, THRUST] + 1.0) / 2.0
+        along = _FAN_DISTANCE * 1e3 / weight * most  # [mm] from the assigned ZMP at full thrust
+        share = np.maximum(labels[:, THRUST] - IDLE, 0.0) / (1.0 - IDLE)  # square root of the thrust's share
         units = np.empty(wanted.shape, np.float32)
-        units[:, THRUST] = np.maximum(for_thrust * most * share, _LEAST_UNIT)
-        units[:, ASIDE] = np.maximum(slope * for_thrust * most * share**2, _LEAST_WIDTH)
+        units[:, THRUST] = np.maximum(2.0 * along * share / (1.0 - IDLE), _LEAST_UNIT)
+        units[:, ASIDE] = np.maximum(slope * along * share**2, _LEAST_WIDTH)
         units[:, HEIGHT] = 1e3 * reach
         return labels, units
 

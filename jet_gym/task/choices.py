@@ -31,8 +31,9 @@ from jet_gym.task.packing import unpack
 from jet_gym.urdf import Array
 
 THRUST, ASIDE, HEIGHT = 0, 1, 2
+IDLE = -0.7
+"""Choice of the thrust up to which the fan idles."""
 
-_IDLE = -0.7  # choice of the thrust up to which the fan idles
 _IDLE_THRUST = 2e-3  # [N]; with less, the edge polygon is too narrow for numbers of 32 bits
 _IDLE_BELOW = 0.05  # [N] thrust that counts as idle when choices are read off an action
 _MOST_THRUST = 0.9999  # of the largest one
@@ -209,7 +210,7 @@ def _place(
     balance: BalanceParameters, stance: Stance, thrust_choice: float, aside_choice: float, farther: float
 ) -> tuple[float, float]:
     """Return where the centre of mass has to be [m], eq. (3) turned round, or farther from the assigned ZMP."""
-    share = max(thrust_choice - _IDLE, 0.0) / (1.0 - _IDLE)
+    share = max(thrust_choice - IDLE, 0.0) / (1.0 - IDLE)
     thrust = _IDLE_THRUST + max(_MOST_THRUST * balance.max_thrust - _IDLE_THRUST, 0.0) * share * share
     ax, ay, length = _axis(stance)
     fan_along, fan_aside, fan_squared = _lever(stance, ax, ay)
@@ -232,7 +233,7 @@ def _read(balance: BalanceParameters, stance: Stance, com_x: float, com_y: float
     aside = (com_y - stance.assigned_zmp[1]) * ax - (com_x - stance.assigned_zmp[0]) * ay
     width = max(_half_width(balance, length, along), _NARROW)
     share = max(thrust - _IDLE_THRUST, 0.0) / max(_MOST_THRUST * balance.max_thrust - _IDLE_THRUST, _IDLE_BELOW)
-    thrust_choice = _bounded(_IDLE + (1.0 - _IDLE) * math.sqrt(share)) if thrust > _IDLE_BELOW else -1.0
+    thrust_choice = _bounded(IDLE + (1.0 - IDLE) * math.sqrt(share)) if thrust > _IDLE_BELOW else -1.0
     return thrust_choice, _bounded(aside / width)
 
 
