@@ -47,6 +47,7 @@ from agents.training.validation import TEST_SEED, VALIDATION_SEED, Score, StepSe
 from agents.training.vec_env import StepVecEnv
 from jet_gym.envs.choices import ChooseThrust
 from jet_gym.errors import JetGymError, SettingsError, require_within
+from jet_gym.interrupts import no_interrupt_lost
 from jet_gym.task import ENVIRONMENT_ID
 from jet_gym.task.observation import COMPONENTS
 from jet_gym.task.settings import TaskSettings
@@ -319,7 +320,8 @@ def _settings_of(folder: Path) -> TrainSettings:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; return its exit code."""
     try:
-        train(tyro.cli(TrainSettings, args=arguments, description=__doc__))
+        with no_interrupt_lost():
+            train(tyro.cli(TrainSettings, args=arguments, description=__doc__))
     except JetGymError as error:
         console.print(f"error: {error}", style="red", soft_wrap=True, highlight=False)
         return 2

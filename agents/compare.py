@@ -26,6 +26,7 @@ from agents.planner import PLANNERS, BatchPlanner, Planner, make_planner
 from jet_gym.balance import BalanceSettings
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
+from jet_gym.interrupts import call_in_worker
 from jet_gym.plan import Plan
 from jet_gym.statistics import STATISTICS, Interval, bootstrap_steps, improvement
 from jet_gym.step import Step
@@ -188,7 +189,8 @@ def compare(settings: CompareSettings, progress: Progress | None = None) -> Comp
     total = len(steps) + timed
     results = []
     workers = Parallel(n_jobs=min(settings.processes, len(steps)), return_as="generator", batch_size=1)
-    for result in workers(delayed(_work)(settings, names, step) for step in steps):
+    call = delayed(call_in_worker)
+    for result in workers(call(os.getpid(), _work, settings, names, step) for step in steps):
         results.append(result)
         if progress is not None:
             progress(len(results), total)

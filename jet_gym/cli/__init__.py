@@ -19,6 +19,7 @@ from jet_gym.cli.studies import claims_command, sweep_command
 from jet_gym.cli.studio import studio_command
 from jet_gym.cli.train import train_command
 from jet_gym.errors import JetGymError
+from jet_gym.interrupts import no_interrupt_lost
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -61,7 +62,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     try:
-        outcome = cli.main(args=arguments, prog_name="jet-gym", standalone_mode=False)
+        with no_interrupt_lost():
+            outcome = cli.main(args=arguments, prog_name="jet-gym", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message(), err=True)
         return BAD_INPUT

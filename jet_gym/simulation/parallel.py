@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from time import monotonic
 from typing import Any, TypeVar
+
+from jet_gym.interrupts import call_in_worker
 
 SAVE_EVERY = 5.0  # [s]
 Result = TypeVar("Result")
@@ -35,7 +38,8 @@ def run_in_parallel(
     saved = monotonic()
     try:
         if calls:
-            results: Iterator[Result] = parallel(joblib.delayed(function)(*arguments) for arguments in calls)
+            call = joblib.delayed(call_in_worker)
+            results: Iterator[Result] = parallel(call(os.getpid(), function, *arguments) for arguments in calls)
             with closing(results):  # type: ignore[type-var]
                 for result in results:
                     take(result)

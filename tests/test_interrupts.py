@@ -1,0 +1,82 @@
+"""Ctrl-C in finalisers and in workers."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import joblib
+import pytest
+
+from jet_gym.interrupts import call_in_worker, no_interrupt_lost
+
+
+class Finalised:
+    """Gets Ctrl-C while it is finalised."""
+
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+
+
+def _finalise_and_wait():
+    Finalised()
+    deadline = time.monotonic() + 20.0
+    while time.monotonic() < deadline:
+        time.sleep(0.01)
+
+
+def test_ctrl_c_in_a_finaliser_is_raised_all_the_same(capsys):
+    with pytest.raises(KeyboardInterrupt), no_interrupt_lost():
+        _finalise_and_wait()
+    assert capsys.readouterr().err == ""
+
+
+def test_other_errors_in_finalisers_are_told_as_before(monkeypatch):
+    class Broken:
+        def __del__(self):
+            raise ValueError("broken")
+
+    told = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda lost: told.append(str(lost.exc_value)))
+    with no_interrupt_lost():
+        Broken()
+    assert told == ["broken"]
+
+
+def _signal_handler():
+    return signal.getsignal(signal.SIGINT)
+
+
+def test_workers_are_deaf_and_the_parent_is_not():
+    before = signal.getsignal(signal.SIGINT)
+    assert call_in_worker(os.getpid(), _signal_handler) is before
+    call = joblib.delayed(call_in_worker)
+    found = joblib.Parallel(n_jobs=2)(call(os.getpid(), _signal_handler) for _ in range(4))
+    assert found == [signal.SIG_IGN] * 4
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_command_ends_by_ctrl_c_in_a_finaliser():
+    program = """
+import signal, time, click
+import jet_gym.cli as cli
+
+class Finalised:
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+
+@cli.cli.command()
+def finalise():
+    Finalised()
+    time.sleep(20.0)
+    click.echo("went on")
+
+raise SystemExit(cli.run(["finalise"]))
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 130
+    assert done.stdout == ""
+    assert done.stderr.strip() == "jet-gym: interrupted; what was written is whole"
