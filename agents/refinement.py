@@ -2,7 +2,9 @@
 
 Each sweep puts a cloud of ``K`` candidates around every point of a path, evaluates them in SIMD lanes, and takes
 the path through them of least total fitness (Viterbi's algorithm): immediate fitness plus exactly what follows. The
-first candidate is the point itself, so that a sweep never makes a path worse. The cloud shrinks each time.
+first candidate is the point itself, so that a sweep never makes a path worse; the next two take its height from
+smoother versions of all heights, which random displacements of single points would not find. The cloud shrinks each
+time.
 
 A cloud in pelvis coordinates would mostly miss. The edge polygon, eq. (10), leaves the centre of mass a wedge that
 opens at the assigned ZMP, where the thrust is nil, and near its tip is far narrower than a useful move is long. So
@@ -34,6 +36,7 @@ _ASIDE = 0.2  # of the wedge's half width that a displacement aside may take
 _INSIDE = 0.8  # of the wedge's half width, within which a centre of mass from outside is put
 _LEAST_DETERMINANT = 0.05  # of the derivatives in the plane, 0.5 or so in ordinary postures
 _STEEPEST = 3.0  # derivative of the centre of mass by the pelvis' height; larger where a leg is all but straight
+_STIFFNESS = (0.3, 0.03)  # of the springs that hold smoother heights to those of the path, over those between them
 _TIP = 1e-6  # [m] from the tip within which there is no direction
 
 
@@ -42,7 +45,7 @@ class RefinementSettings:
     """How a path is refined.
 
     Attributes:
-        candidates: Candidates at each swing point, the path's own point among them.
+        candidates: Candidates at each swing point, among them the path's own point and two with smoother heights.
         sweeps: How often.
         widest: Standard deviation of the displacements in the first sweep [m].
         narrowest: The same in the last sweep [m]; in between it falls geometrically.
@@ -50,8 +53,8 @@ class RefinementSettings:
 
     candidates: int = 16
     sweeps: int = 5
-    widest: float = 12e-3
-    narrowest: float = 7e-4
+    widest: float = 5e-3
+    narrowest: float = 3e-4
 
     def __post_init__(self) -> None:
         """Refuse settings outside of what is allowed."""
@@ -94,10 +97,12 @@ def refine_path(model: SearchModel, points: SwingPoints, clouds: Array, path: Ar
     count, size = len(path), clouds.shape[2]
     candidates, derivatives = np.empty((count, 3, size)), np.empty((count, 2, 3))
     total, came_from = np.empty((count, size)), np.empty((count, size), np.int64)
+    heights = np.empty((len(_STIFFNESS), count))
     _differentiate(model, points, path, derivatives)
     least = 0.0
     for sweep in range(len(clouds)):
-        _surround(model, points, clouds[sweep], path, derivatives, candidates)
+        _smooth(path[:, 2], heights)
+        _surround(model, points, clouds[sweep], path, heights, derivatives, candidates)
         _find_ways(model, points, candidates, total, came_from)
         last = int(np.argmin(total[count - 1]))
         least = total[count - 1, last]
@@ -112,8 +117,10 @@ def refine_path(model: SearchModel, points: SwingPoints, clouds: Array, path: Ar
 def candidates_around(model: SearchModel, points: SwingPoints, cloud: Array, path: Array) -> Array:
     """Return the candidates of one sweep (N, 3, K) [m] for a cloud (3, K) [m] around a path (N, 3) [m]."""
     candidates, derivatives = np.empty((len(path), 3, cloud.shape[1])), np.empty((len(path), 2, 3))
+    heights = np.empty((len(_STIFFNESS), len(path)))
     _differentiate(model, points, path, derivatives)
-    _surround(model, points, cloud, path, derivatives, candidates)
+    _smooth(path[:, 2], heights)
+    _surround(model, points, cloud, path, heights, derivatives, candidates)
     return candidates
 
 
@@ -146,9 +153,15 @@ def _center_of_mass(model: SearchModel, stance: Stance, pelvis: Vector) -> Vecto
 
 @inlined
 def _surround(
-    model: SearchModel, points: SwingPoints, cloud: Array, path: Array, derivatives: Array, candidates: Array
+    model: SearchModel,
+    points: SwingPoints,
+    cloud: Array,
+    path: Array,
+    heights: Array,
+    derivatives: Array,
+    candidates: Array,
 ) -> None:
-    """Place the candidates around the points of a path."""
+    """Place the candidates around the points of a path, the first few at its smoother heights (S, N) [m]."""
     for point in range(len(path)):
         stance, d = stance_at(model, points, point), derivatives[point]
         x, y, z = path[point, 0], path[point, 1], path[point, 2]
@@ -165,6 +178,8 @@ def _surround(
         inside = _half_width(model, length, along)
         for i in range(cloud.shape[1]):
             dx, dy, dz = cloud[0, i], cloud[1, i], cloud[2, i]
+            if 1 <= i <= len(heights):
+                dx, dy, dz = 0.0, 0.0, heights[i - 1, point] - z
             if directed and i > 0:
                 # No move goes beyond the tip, and what the centre of mass is aside shrinks with the wedge.
                 new_along = along + dx if dx > 0.0 else along * math.exp(dx / along)
@@ -179,6 +194,28 @@ def _surround(
                 dx = (d[1, 1] * com_x - d[0, 1] * com_y) / determinant
                 dy = (d[0, 0] * com_y - d[1, 0] * com_x) / determinant
             candidates[point, 0, i], candidates[point, 1, i], candidates[point, 2, i] = x + dx, y + dy, z + dz
+
+
+@inlined
+def _smooth(values: Array, smoother: Array) -> None:
+    """Compute smoother versions (S, N) of values (N,), of which springs hold each to its value and its neighbours.
+
+    They minimise the sum of the squared differences between neighbours, and of ``_STIFFNESS`` times those to the
+    values: a tridiagonal system, solved by Thomas' algorithm.
+    """
+    count = len(values)
+    pivots = np.empty(count)
+    for row in range(len(smoother)):
+        found = smoother[row]
+        for i in range(count):
+            neighbours = (1.0 if i > 0 else 0.0) + (1.0 if i + 1 < count else 0.0)
+            pivots[i] = _STIFFNESS[row] + neighbours
+            found[i] = _STIFFNESS[row] * values[i]
+            if i > 0:
+                pivots[i] -= 1.0 / pivots[i - 1]
+                found[i] += found[i - 1] / pivots[i - 1]
+        for i in range(count - 1, -1, -1):
+            found[i] = (found[i] + (found[i + 1] if i + 1 < count else 0.0)) / pivots[i]
 
 
 @inlined

@@ -54,6 +54,16 @@ def test_it_mends_a_path_that_violates_a_constraint() -> None:
     assert cost_of_path(model, points, path) < 5000.0
 
 
+def test_heights_are_smoothed_where_displacements_come_to_nothing() -> None:
+    model, points = search_of_step(STEP, BalanceSettings(), FitnessSettings())
+    path = make_planner("gas").plan(STEP).pelvis.copy()
+    path[:, 2] += np.tile([0.0, -2e-3], 6) - 5e-3
+    kinks, cost = np.abs(np.diff(path[:, 2], 2)).sum(), cost_of_path(model, points, path)
+    clouds = RefinementSettings(sweeps=6, widest=1e-7, narrowest=1e-7).clouds
+    assert refine_path(model, points, clouds, path) < cost - 50.0
+    assert np.abs(np.diff(path[:, 2], 2)).sum() < 0.3 * kinks
+
+
 @pytest.mark.parametrize(
     "wrong", [{"candidates": 1}, {"sweeps": 0}, {"widest": 0.0}, {"narrowest": float("nan")}, {"candidates": 2.5}]
 )
