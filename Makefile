@@ -87,7 +87,7 @@ learning-curves: .venv/full.installed  ## five seeds trained, in an hour, and th
 
 .venv/full.installed: pyproject.toml constraints.txt | .venv/bin/python
 	@echo "Installing jet_gym with everything into .venv ..."
-	@$(PIP) --editable ".[train,bench,dataset,studio,docs,dev]" $(PROGRESS)
+	@$(PIP) --editable ".[video,train,bench,dataset,studio,docs,dev]" $(PROGRESS)
 	@touch $@ .venv/base.installed
 
 .venv/bin/python:

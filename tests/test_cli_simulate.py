@@ -1,5 +1,6 @@
 import csv
 import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -58,6 +59,25 @@ def test_the_film_shows_the_whole_execution(side_file, tmp_path):
     frames = np.frombuffer(decoded, dtype=np.uint8).reshape(-1, 120, 160, 3)
     assert len(frames) == pytest.approx(0.5 + 2.0 + 3.2 + 1.5 + 0.5, abs=1.0)
     assert np.abs(frames[0].astype(float) - frames[-1]).mean() > 2.0  # something moved
+
+
+@pytest.mark.parametrize(
+    ("command", "missing", "extra"),
+    [
+        (["simulate", "paper", "--video", "course.mp4"], "imageio_ffmpeg", "video"),
+        (["simulate", "paper"], "pybullet", "bullet"),
+        (["robustness"], "pybullet", "bullet"),
+    ],
+)
+def test_what_is_not_installed_is_told_before_the_work(command, missing, extra, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, missing, None)
+    assert run(command) == 2
+    printed = capsys.readouterr()
+    (sentence,) = printed.err.splitlines()
+    assert f"pip install 'jet-gym[{extra}]'" in sentence
+    assert not printed.out
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(

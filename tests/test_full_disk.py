@@ -59,6 +59,7 @@ sys.exit(run(["plan", "side", "--points", "30", "--output", "plan.json"]))
 
 
 def test_on_a_full_disk_every_writer_fails_and_leaves_the_old_file(tmp_path: Path) -> None:
+    pytest.importorskip("imageio_ffmpeg")
     source = Path(__file__).resolve().parents[1]
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT],

@@ -446,8 +446,7 @@ PICTURES = [np.full((33, 47, 3), 40 * k, dtype=np.uint8) for k in range(5)]
 
 
 def test_mp4_has_every_frame(tmp_path: Path) -> None:
-    import imageio_ffmpeg
-
+    imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
     file = tmp_path / "film.mp4"
     file.write_bytes(encode_film(PICTURES, "mp4", 20.0))
     frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(file))

@@ -81,10 +81,12 @@ def robustness_command(
     from jet_gym.cli.console import console, progress_bar
     from jet_gym.figures import check_figure_path, plot_robustness, save_figure
     from jet_gym.files import check_writable
+    from jet_gym.simulation.bullet import require_bullet
     from jet_gym.simulation.disturbances import DisturbanceRanges
     from jet_gym.simulation.limits import find_limits, load_limits
     from jet_gym.simulation.trials import Experiment, load_trials, run_trials
 
+    require_bullet()
     if jobs == 0 or jobs < -1:
         raise click.UsageError("--jobs must be 1 or more, or -1 for one a core")
     path = output / _FILE if output.is_dir() else output

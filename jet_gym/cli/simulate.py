@@ -32,7 +32,7 @@ FELL = 1
 @seed_option
 @click.option("--planner", default="gas", show_default=True, help="Who plans the course PAPER.")
 @click.option("--gui", is_flag=True, help="Show PyBullet's window, in real time.")
-@click.option("--video", type=click.Path(path_type=Path), help="Film (mp4), drawn without a window.")
+@click.option("--video", type=click.Path(path_type=Path), help="Film (mp4), drawn without a window; extra [video].")
 @click.option(
     "--size", type=(int, int), metavar="W H", default=(640, 480), show_default=True, help="Size of the film [px]."
 )
@@ -64,9 +64,11 @@ def simulate_command(
     """  # noqa: D301
     from jet_gym.cli.console import console, progress_bar
     from jet_gym.files import check_writable
+    from jet_gym.simulation.bullet import require_bullet
     from jet_gym.simulation.execution import ExecutionSettings, execute
     from jet_gym.simulation.film import FilmSettings, check_film_path, film
 
+    require_bullet()
     settings = with_changes(ExecutionSettings(thrust=thrust), changes)
     film_settings = FilmSettings(*size, frames_per_second=fps)
     if log is not None:

@@ -7,7 +7,7 @@ from jet_gym.simulation.camera import CameraSettings
 from jet_gym.simulation.course import CourseSettings, make_course
 from jet_gym.simulation.diagnosis import Summary
 from jet_gym.simulation.disturbances import Disturbance, DisturbanceRanges
-from jet_gym.simulation.errors import BulletMissingError, DisplayMissingError, WorldStateError
+from jet_gym.simulation.errors import BulletMissingError, DisplayMissingError, EncoderMissingError, WorldStateError
 from jet_gym.simulation.execution import ExecutionSettings, execute
 from jet_gym.simulation.film import FilmSettings, film
 from jet_gym.simulation.history import Execution
@@ -26,6 +26,7 @@ __all__ = [
     "DisplayMissingError",
     "Disturbance",
     "DisturbanceRanges",
+    "EncoderMissingError",
     "Execution",
     "ExecutionSettings",
     "FilmSettings",

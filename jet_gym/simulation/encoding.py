@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import importlib.util
 from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
@@ -10,6 +11,18 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from jet_gym.simulation.errors import EncoderMissingError
+
+
+def require_encoder() -> None:
+    """Refuse to go on where no film can be encoded, without importing what encodes it.
+
+    Raises:
+        EncoderMissingError: If imageio-ffmpeg is not installed; it says what to install.
+    """
+    if importlib.util.find_spec("imageio_ffmpeg") is None:
+        raise EncoderMissingError("films need imageio-ffmpeg, which is not installed: pip install 'jet-gym[video]'")
 
 
 def write_mp4(path: Path, pictures: Iterable[NDArray[np.uint8]], size: tuple[int, int], rate: float) -> None:
@@ -22,8 +35,10 @@ def write_mp4(path: Path, pictures: Iterable[NDArray[np.uint8]], size: tuple[int
         rate: Frames per second.
 
     Raises:
+        EncoderMissingError: If imageio-ffmpeg is not installed.
         OSError: If the film cannot be written whole, on a full disk for example, of which the encoder says nothing.
     """
+    require_encoder()
     import imageio_ffmpeg
 
     encoder: Any = imageio_ffmpeg.write_frames(

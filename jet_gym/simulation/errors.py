@@ -9,6 +9,10 @@ class BulletMissingError(JetGymError):
     """PyBullet is not installed; planning and the quasi-static model work without it."""
 
 
+class EncoderMissingError(JetGymError):
+    """The library that encodes films is not installed; everything else works without it."""
+
+
 class DisplayMissingError(JetGymError):
     """PyBullet has no display for its window, or cannot start."""
 

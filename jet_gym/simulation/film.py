@@ -14,7 +14,7 @@ from jet_gym.errors import SettingsError, require_within
 from jet_gym.files import check_writable, write_whole_with
 from jet_gym.simulation.body import Pose
 from jet_gym.simulation.camera import CameraSettings
-from jet_gym.simulation.encoding import write_mp4
+from jet_gym.simulation.encoding import require_encoder, write_mp4
 from jet_gym.simulation.history import Execution
 from jet_gym.simulation.overlay import Overlay
 from jet_gym.simulation.renderer import Renderer
@@ -72,6 +72,7 @@ def film(
 
     Raises:
         SettingsError: If the file's name does not end in ``.mp4``.
+        EncoderMissingError: If imageio-ffmpeg is not installed.
         OSError: If the file cannot be written.
     """
     settings = settings or FilmSettings()
@@ -93,11 +94,13 @@ def check_film_path(path: str | Path) -> Path:
 
     Raises:
         SettingsError: If its name does not end in ``.mp4``.
+        EncoderMissingError: If imageio-ffmpeg is not installed.
         OSError: If it cannot be written.
     """
     path = Path(path)
     if path.suffix.lower() != SUFFIX:
         raise SettingsError(f"a film's file name must end in {SUFFIX}, not {path.name!r}")
+    require_encoder()
     check_writable(path)
     return path
 
