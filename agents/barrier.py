@@ -3,15 +3,12 @@
 Inside the set of postures that meet the constraints, thrust and constraints are smooth in the pelvis, so that a
 path of a lattice can be led on to the nearest local optimum of the total fitness. This is the logarithmic barrier
 method (Boyd and Vandenberghe, Convex Optimization, 2004, chapter 11): minimise the total fitness minus ``mu`` times
-the sum of the logarithms of all slacks by Newton's method, and let ``mu`` fall. Slacks are differentiated
-numerically; of their curvature what is positive is kept, so that the Hessian is positive definite. Neighbouring
-swing points alone are coupled, which makes it a narrow band.
+the sum of the logarithms of all slacks (:mod:`agents.slacks`) by Newton's method, and let ``mu`` fall. Neighbouring
+swing points alone are coupled, which makes the Hessian a narrow band.
 
 Where the thrust is least, the edge polygon ends in a tip that is far narrower than a useful step. So a step leads
 the centre of mass, not the pelvis, along a straight line.
 
-The unknowns of a swing point are the pelvis and a bound ``t`` on its thrust, which is what is minimised. So the
-least thrust, which has kinks, needs no gradient: it is the smallest ``t`` that brings the ZMP into the sole.
 A constraint that the path violates at a swing point has cost its penalty already, and is left out there.
 """
 
@@ -23,19 +20,27 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.lattice import FAR, SearchModel, SwingPoints, exact_costs, stance_at
-from jet_gym.balance import Stance, edge_vectors, zmp_of
+from agents.linear_algebra import solve_banded
+from agents.path_cost import FAR, SearchModel, SwingPoints, exact_costs, stance_at
+from agents.slacks import (
+    COM_X,
+    COM_Y,
+    EDGE_SLACKS,
+    FILLED,
+    JOINT_SLACKS,
+    REACH_SLACKS,
+    SLACKS,
+    THRUST_SLACKS,
+    UNKNOWNS,
+    ZMP_SLACKS,
+    fill_jacobian,
+    fill_slacks,
+)
+from jet_gym.balance import Stance
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, REACH, THRUST, ZMP
-from jet_gym.kinematics import from_middle
-from jet_gym.leg import Leg, Vector
-from jet_gym.posture_state import posture_at
 from jet_gym.urdf import Array
 
-# Slacks of a swing point.
-_EDGES, _THRUST, _ON_FOOT, _REACHES, _JOINTS, _SLACKS = 0, 2, 5, 9, 11, 23
-_UNKNOWNS = 4  # pelvis and bound on the thrust
-_SHORTEST_STEP, _LONGEST_STEP, _THRUST_STEP = 2e-9, 1e-6, 1e-6  # [m], [m], [N] of the differences
 _MU_FACTOR = 0.3
 _NEWTON_STEPS = 25  # for each mu, at most
 _CLOSE = 0.03  # decrement over mu that ends them
@@ -43,7 +48,6 @@ _KEPT = 0.5  # of a slack, at least, in one step
 _ARMIJO, _HALVINGS = 1e-4, 12
 _CORRECTIONS = 8  # of the pelvis, to bring the centre of mass where it is to be
 _ROOM = 5e-4  # [m]
-_DAMPING = 1e-9  # on the Hessian's diagonal, relative
 
 
 @entry_point
@@ -61,18 +65,18 @@ def bring_inside(model: SearchModel, points: SwingPoints, path: Array) -> int:
         How many swing points were moved.
     """
     moved, costs, candidates = 0, np.empty(2), np.empty((3, 2))
-    x, slacks = np.zeros(_UNKNOWNS), np.empty(_SLACKS + 2)
+    x, slacks = np.zeros(UNKNOWNS), np.empty(FILLED)
     for point in range(len(path)):
         stance = stance_at(model, points, point)
         x[:3] = path[point]
-        _, violations = _fill_slacks(model, stance, x, slacks)
+        _, violations = fill_slacks(model, stance, x, slacks)
         if violations & (EDGE_POLYGON | THRUST) == 0 or violations & REACH:
             continue
-        target_x, target_y = _inside(model, stance, slacks[_SLACKS], slacks[_SLACKS + 1])
+        target_x, target_y = _inside(model, stance, slacks[COM_X], slacks[COM_Y])
         for _ in range(2 * _CORRECTIONS):
-            x[0] += target_x - slacks[_SLACKS]
-            x[1] += target_y - slacks[_SLACKS + 1]
-            _fill_slacks(model, stance, x, slacks)
+            x[0] += target_x - slacks[COM_X]
+            x[1] += target_y - slacks[COM_Y]
+            fill_slacks(model, stance, x, slacks)
         candidates[:, 0], candidates[:, 1] = path[point], x[:3]
         exact_costs(model, stance, candidates, costs)
         if costs[1] < costs[0]:
@@ -107,8 +111,8 @@ def shares_of_mu(of_thrust: float = 1.0) -> Array:
     Args:
         of_thrust: That of the edge polygon and of the thrust's limits; the others get all of it.
     """
-    shares = np.ones(_SLACKS)
-    shares[_EDGES:_ON_FOOT] = of_thrust
+    shares = np.ones(SLACKS)
+    shares[EDGE_SLACKS:ZMP_SLACKS] = of_thrust
     return shares
 
 
@@ -135,21 +139,21 @@ def polish(
         Newton steps taken; none if the path lies on the edge of its constraints, or beyond.
     """
     count = len(path)
-    x, active = np.empty((count, _UNKNOWNS)), np.empty((count, _SLACKS), np.bool_)
-    slacks = np.empty(_SLACKS + 2)
+    x, active = np.empty((count, UNKNOWNS)), np.empty((count, SLACKS), np.bool_)
+    slacks = np.empty(FILLED)
     for point in range(count):
         _begin(model, stance_at(model, points, point), path[point], x[point], slacks, active[point])
     work = _Work(
         active,
-        np.zeros((count, _SLACKS)),
+        np.zeros((count, SLACKS)),
         slacks,
-        np.empty((_SLACKS + 2, _UNKNOWNS)),
+        np.empty((FILLED, UNKNOWNS)),
         np.empty((3, 3)),
         np.empty((count, 2, 4)),
-        np.empty(count * _UNKNOWNS),
-        np.empty((count * _UNKNOWNS, _UNKNOWNS + 1)),
-        np.empty(count * _UNKNOWNS),
-        np.empty((count, _UNKNOWNS)),
+        np.empty(count * UNKNOWNS),
+        np.empty((count * UNKNOWNS, UNKNOWNS + 1)),
+        np.empty(count * UNKNOWNS),
+        np.empty((count, UNKNOWNS)),
         shares,
     )
     mu, steps = first_mu, 0
@@ -188,13 +192,13 @@ def _follow(model: SearchModel, points: SwingPoints, mu: float, work: _Work, x: 
         return -1
     for taken in range(_NEWTON_STEPS):
         _differentiate(model, points, mu, work, x)
-        decrement = _solve(work.band, work.gradient, work.step)
+        decrement = solve_banded(work.band, work.gradient, work.step)
         if not decrement > _CLOSE * mu:
             return taken
         length, shorter = 1.0, True
         for _ in range(_HALVINGS):
             for point in range(len(x)):
-                step = work.step[point * _UNKNOWNS : (point + 1) * _UNKNOWNS]
+                step = work.step[point * UNKNOWNS : (point + 1) * UNKNOWNS]
                 stance = stance_at(model, points, point)
                 active, com, trial = work.active[point], work.coms[point], work.trial[point]
                 _walk(model, stance, active, com, x[point], step, -length, work.slacks, trial)
@@ -215,59 +219,14 @@ def _begin(
 ) -> None:
     """Set the unknowns of a swing point, and which constraints are to be kept."""
     x[0], x[1], x[2], x[3] = pelvis[0], pelvis[1], pelvis[2], 0.0
-    thrust, violations = _fill_slacks(model, stance, x, slacks)
+    thrust, violations = fill_slacks(model, stance, x, slacks)
     thrust_kept = violations & THRUST == 0
     x[3] = thrust + min(0.1, 0.5 * (model.balance.max_thrust - thrust)) if thrust_kept else 0.0
-    active[_EDGES:_THRUST] = violations & EDGE_POLYGON == 0
-    active[_THRUST:_ON_FOOT] = thrust_kept
-    active[_ON_FOOT:_REACHES] = (violations & ZMP == 0) & (thrust_kept or not model.balance.least_thrust)
-    active[_REACHES:_JOINTS] = violations & REACH == 0
-    active[_JOINTS:] = violations & JOINT_LIMITS == 0
-
-
-@entry_point  # too long to be inlined wherever it is called
-def _fill_slacks(model: SearchModel, stance: Stance, x: Array, slacks: Array) -> tuple[float, int]:
-    """Compute what is left of each constraint, positive while it holds; then x and y of the centre of mass.
-
-    Returns:
-        The thrust that the posture takes [N], and the violated constraints as flags.
-    """
-    balance = model.balance
-    bound = x[3]
-    state = posture_at(model.swing_leg, model.support_leg, model.trunk, balance, stance, (x[0], x[1], x[2]))
-    com_x, com_y, _ = state.center_of_mass
-    slacks[_SLACKS], slacks[_SLACKS + 1] = com_x, com_y
-    sine, cosine, _ = edge_vectors(stance, com_x, com_y)
-    wx, wy = stance.swing_ankle[0] - stance.assigned_zmp[0], stance.swing_ankle[1] - stance.assigned_zmp[1]
-    scale = 1.0 / max(math.sqrt(wx * wx + wy * wy), 1e-6)
-    slacks[_EDGES] = (balance.edge_slope * cosine - sine) * scale
-    slacks[_EDGES + 1] = (balance.edge_slope * cosine + sine) * scale
-    thrust, margin = state.thrust, 0.0
-    slacks[_THRUST + 2] = bound - thrust
-    if balance.least_thrust:
-        thrust, margin = bound, balance.zmp_margin
-        slacks[_THRUST + 2] = 1.0  # it is the ZMP that bounds the thrust from below
-    slacks[_THRUST], slacks[_THRUST + 1] = thrust, balance.max_thrust - thrust
-    zmp_x, zmp_y = zmp_of(balance.weight, com_x, com_y, stance.fan, thrust)
-    slacks[_ON_FOOT] = zmp_x - stance.support[0] - margin
-    slacks[_ON_FOOT + 1] = stance.support[1] - margin - zmp_x
-    slacks[_ON_FOOT + 2] = zmp_y - stance.support[2] - margin
-    slacks[_ON_FOOT + 3] = stance.support[3] - margin - zmp_y
-    slacks[_REACHES] = _reach_left(model.swing_leg, stance, stance.swing_ankle, x)
-    slacks[_REACHES + 1] = _reach_left(model.support_leg, stance, stance.support_ankle, x)
-    for joint in range(6):
-        leg = model.swing_leg
-        cosine, _ = from_middle(leg, joint, state.swing_cosines[joint], state.swing_sines[joint])
-        slacks[_JOINTS + joint] = cosine - leg.range_half_cosines[joint]
-        leg = model.support_leg
-        cosine, _ = from_middle(leg, joint, state.support_cosines[joint], state.support_sines[joint])
-        slacks[_JOINTS + 6 + joint] = cosine - leg.range_half_cosines[joint]
-    knee = 3
-    slacks[_JOINTS + knee] = _knee_left(model.swing_leg, state.swing_cosines[knee], state.swing_sines[knee])
-    slacks[_JOINTS + 6 + knee] = _knee_left(
-        model.support_leg, state.support_cosines[knee], state.support_sines[knee]
-    )
-    return state.thrust, state.violations
+    active[EDGE_SLACKS:THRUST_SLACKS] = violations & EDGE_POLYGON == 0
+    active[THRUST_SLACKS:ZMP_SLACKS] = thrust_kept
+    active[ZMP_SLACKS:REACH_SLACKS] = (violations & ZMP == 0) & (thrust_kept or not model.balance.least_thrust)
+    active[REACH_SLACKS:JOINT_SLACKS] = violations & REACH == 0
+    active[JOINT_SLACKS:] = violations & JOINT_LIMITS == 0
 
 
 @inlined
@@ -283,53 +242,20 @@ def _walk(
     result: Array,
 ) -> None:
     """Go along a step of the unknowns, the centre of mass on a straight line."""
-    for i in range(_UNKNOWNS):
+    for i in range(UNKNOWNS):
         result[i] = x[i] + length * step[i]
-    if not (active[_EDGES] or active[_THRUST]):
+    if not (active[EDGE_SLACKS] or active[THRUST_SLACKS]):
         return
     target_x = com[0, 3] + length * (com[0, 0] * step[0] + com[0, 1] * step[1] + com[0, 2] * step[2])
     target_y = com[1, 3] + length * (com[1, 0] * step[0] + com[1, 1] * step[1] + com[1, 2] * step[2])
     scale = 1.0 / (com[0, 0] * com[1, 1] - com[0, 1] * com[1, 0])
     for _ in range(_CORRECTIONS):
-        _fill_slacks(model, stance, result, slacks)
-        error_x, error_y = target_x - slacks[_SLACKS], target_y - slacks[_SLACKS + 1]
+        fill_slacks(model, stance, result, slacks)
+        error_x, error_y = target_x - slacks[COM_X], target_y - slacks[COM_Y]
         if abs(error_x) + abs(error_y) < 1e-15:
             break
         result[0] += scale * (com[1, 1] * error_x - com[0, 1] * error_y)
         result[1] += scale * (com[0, 0] * error_y - com[1, 0] * error_x)
-
-
-@inlined
-def _knee_left(leg: Leg, cosine: float, sine: float) -> float:
-    """Return what is left of a knee's range, in cosines of its flexion from the straight leg.
-
-    Where a leg becomes straight, its flexion is the square root of what is left of the reach; the cosine is smooth.
-    """
-    straight = math.atan2(
-        leg.thigh[0] * leg.shank[2] - leg.thigh[2] * leg.shank[0],
-        leg.thigh[0] * leg.shank[0] + leg.thigh[2] * leg.shank[2],
-    )
-    ends = leg.knee_direction * (leg.lower[3] - straight), leg.knee_direction * (leg.upper[3] - straight)
-    least, most = min(ends[0], ends[1]), min(max(ends[0], ends[1]), math.pi)
-    cos_flexion = cosine * math.cos(straight) + sine * math.sin(straight)
-    left = cos_flexion - math.cos(most)
-    return min(left, math.cos(least) - cos_flexion) if least > 1e-9 else left
-
-
-@inlined
-def _reach_left(leg: Leg, stance: Stance, ankle: Vector, x: Array) -> float:
-    """Return how far a leg is from being straight, or its ankle from the hip's side, whichever is nearer [m]."""
-    dx = x[0] + stance.cos_yaw * leg.hip[0] - stance.sin_yaw * leg.hip[1] - ankle[0]
-    dy = x[1] + stance.sin_yaw * leg.hip[0] + stance.cos_yaw * leg.hip[1] - ankle[1]
-    dz = x[2] + leg.hip[2] - ankle[2]
-    lateral = leg.shank[1]
-    aside = dy * dy + dz * dz - lateral * lateral
-    thigh = math.sqrt(leg.thigh[0] ** 2 + leg.thigh[2] ** 2)
-    shank = math.sqrt(leg.shank[0] ** 2 + leg.shank[2] ** 2)
-    straight = thigh + shank
-    distance_squared = dx * dx + aside
-    left: float = min(straight * straight - distance_squared, aside) / straight
-    return left
 
 
 @entry_point
@@ -345,15 +271,15 @@ def _barrier(model: SearchModel, points: SwingPoints, mu: float, work: _Work, x:
                 return FAR
             total -= mu * math.log((reach - moved) * (reach + moved))
             total += model.fitness.smoothness_weight * moved * moved if point > 0 else 0.0
-        _fill_slacks(model, stance_at(model, points, point), x[point], slacks)
-        for i in range(_SLACKS):
+        fill_slacks(model, stance_at(model, points, point), x[point], slacks)
+        for i in range(SLACKS):
             if work.active[point, i]:
                 if slacks[i] <= kept * work.left[point, i]:
                     return FAR
                 if kept == 0.0:
                     work.left[point, i] = slacks[i]
                 total -= mu * work.shares[i] * math.log(slacks[i])
-        if work.active[point, _THRUST]:
+        if work.active[point, THRUST_SLACKS]:
             total += model.fitness.thrust_weight * x[point, 3]
     result: float = total
     return result
@@ -367,24 +293,24 @@ def _differentiate(model: SearchModel, points: SwingPoints, mu: float, work: _Wo
     band[:, :] = 0.0
     weight = model.fitness.smoothness_weight
     for point in range(len(x)):
-        stance, row = stance_at(model, points, point), point * _UNKNOWNS
-        _fill_jacobian(
+        stance, row = stance_at(model, points, point), point * UNKNOWNS
+        fill_jacobian(
             model, stance, mu, work.shares, work.active[point], x[point], slacks, jacobian, work.curvature
         )
         for a in range(3):
             for b in range(a + 1):
                 band[row + a, a - b] += work.curvature[a, b]
-        work.coms[point] = jacobian[_SLACKS:]
-        work.coms[point, :, 3] = slacks[_SLACKS:]
-        for i in range(_SLACKS):
+        work.coms[point] = jacobian[COM_X:FILLED]
+        work.coms[point, :, 3] = slacks[COM_X:FILLED]
+        for i in range(SLACKS):
             if work.active[point, i]:
                 pull = mu * work.shares[i] / slacks[i]
                 stiffness = pull / slacks[i]
-                for a in range(_UNKNOWNS):
+                for a in range(UNKNOWNS):
                     gradient[row + a] -= pull * jacobian[i, a]
                     for b in range(a + 1):
                         band[row + a, a - b] += stiffness * jacobian[i, a] * jacobian[i, b]
-        if work.active[point, _THRUST]:
+        if work.active[point, THRUST_SLACKS]:
             gradient[row + 3] += model.fitness.thrust_weight
         else:
             band[row + 3, 0] += 1.0  # the bound on the thrust stays where it is
@@ -396,100 +322,8 @@ def _differentiate(model: SearchModel, points: SwingPoints, mu: float, work: _Wo
             if point > 0:
                 slope += 2.0 * weight * moved
                 hardness += 2.0 * weight
-                gradient[row - _UNKNOWNS + axis] -= slope
-                band[row - _UNKNOWNS + axis, 0] += hardness
-                band[row + axis, _UNKNOWNS] -= hardness
+                gradient[row - UNKNOWNS + axis] -= slope
+                band[row - UNKNOWNS + axis, 0] += hardness
+                band[row + axis, UNKNOWNS] -= hardness
             gradient[row + axis] += slope
             band[row + axis, 0] += hardness
-
-
-@inlined
-def _fill_jacobian(
-    model: SearchModel,
-    stance: Stance,
-    mu: float,
-    shares: Array,
-    active: NDArray[np.bool_],
-    x: Array,
-    slacks: Array,
-    jacobian: Array,
-    curvature: Array,
-) -> None:
-    """Compute the slacks, their derivatives (slack, unknown) and the curvature (3, 3) that they give the barrier.
-
-    All by central differences. Where a leg is nearly straight, the centre of mass varies with the square root of
-    what is left of its reach, so that the step of the differences has to be less than that.
-    """
-    _fill_slacks(model, stance, x, slacks)
-    left = min(slacks[_REACHES], slacks[_REACHES + 1]) if active[_REACHES] else _LONGEST_STEP
-    size = min(max(0.02 * left, _SHORTEST_STEP), _LONGEST_STEP)
-    there, shifted, weights = np.empty(_UNKNOWNS), np.empty(len(slacks)), np.zeros(_SLACKS)
-    middle = 0.0
-    for i in range(_SLACKS):
-        if active[i]:
-            weights[i] = mu * shares[i] / slacks[i]
-            middle += mu * shares[i]
-    there[:] = x
-    for a in range(_UNKNOWNS):
-        step = size if a < 3 else _THRUST_STEP
-        second = -2.0 * middle
-        for sign in (1.0, -1.0):
-            there[a] = x[a] + sign * step
-            _fill_slacks(model, stance, there, shifted)
-            for i in range(len(slacks)):
-                jacobian[i, a] = (jacobian[i, a] if sign < 0.0 else 0.0) + sign * shifted[i] / (2.0 * step)
-            for i in range(_SLACKS):
-                second += weights[i] * shifted[i] if active[i] else 0.0
-        there[a] = x[a]
-        if a < 3:
-            curvature[a, a] = -second / (size * size)
-    for a in range(3):
-        for b in range(a):
-            second = -2.0 * middle
-            for sign in (1.0, -1.0):
-                there[a], there[b] = x[a] + sign * size, x[b] + sign * size
-                _fill_slacks(model, stance, there, shifted)
-                for i in range(_SLACKS):
-                    second += weights[i] * shifted[i] if active[i] else 0.0
-            there[a], there[b] = x[a], x[b]
-            curvature[a, b] = 0.5 * (-second / (size * size) - curvature[a, a] - curvature[b, b])
-            curvature[b, a] = curvature[a, b]
-    _make_positive(curvature)
-
-
-@inlined
-def _make_positive(matrix: Array) -> None:
-    """Set the negative eigenvalues of a symmetric matrix (3, 3) to zero."""
-    eigenvalues, eigenvectors = np.linalg.eigh(matrix)
-    matrix[:, :] = 0.0
-    for k in range(3):
-        for a in range(3):
-            for b in range(3):
-                matrix[a, b] += max(eigenvalues[k], 0.0) * eigenvectors[a, k] * eigenvectors[b, k]
-
-
-@inlined
-def _solve(band: Array, gradient: Array, step: Array) -> float:
-    """Solve Hessian times step = gradient by a Cholesky factorisation in place; return gradient times step."""
-    size, width = band.shape[0], band.shape[1] - 1
-    for i in range(size):
-        band[i, 0] += _DAMPING * band[i, 0] + 1e-12
-        for j in range(max(0, i - width), i + 1):
-            total = band[i, i - j]
-            for k in range(max(0, i - width, j - width), j):
-                total -= band[i, i - k] * band[j, j - k]
-            band[i, i - j] = total / band[j, 0] if i != j else math.sqrt(max(total, 1e-300))
-    for i in range(size):
-        total = gradient[i]
-        for k in range(max(0, i - width), i):
-            total -= band[i, i - k] * step[k]
-        step[i] = total / band[i, 0]
-    for i in range(size - 1, -1, -1):
-        total = step[i]
-        for k in range(i + 1, min(size, i + width + 1)):
-            total -= band[k, k - i] * step[k]
-        step[i] = total / band[i, 0]
-    decrement = 0.0
-    for i in range(size):
-        decrement += gradient[i] * step[i]
-    return decrement

@@ -29,26 +29,17 @@ import numpy as np
 
 from agents.barrier import bring_inside, polish, shares_of_mu
 from agents.genetic import GaPlanner, GasPlanner
-from agents.lattice import (
-    FAR,
-    Lattices,
-    accumulate,
-    cost_of_path,
-    make_lattices,
-    reach_boxes,
-    search_of_step,
-    trace_back,
-)
+from agents.lattice import Lattices, accumulate, make_lattices, trace_back
+from agents.path_cost import FAR, cost_of_path, search_of_step
 from agents.planner import Planner, Progress, check_seed
 from agents.refinement import RefinementSettings, refine_path, violates
+from agents.relaxation import reach_boxes, with_wider_joints
 from jet_gym.errors import SettingsError, require_within
-from jet_gym.leg import Leg
 from jet_gym.plan import Plan
 from jet_gym.step import Step
 from jet_gym.urdf import Array
 
 _INSIDE = 1e-7  # [m] that lattices keep from the edges of the search ranges, so that a path can be polished
-_JOINT_ARM = 0.15  # [m] a pelvis that is off by this times an angle turns some joint by about that angle
 _MU = (1.0, 0.1, 10.0)  # where the interior-point method begins, in turns
 _RANDOM_SEARCHES = 20  # each of GAS and GA, where a constraint stays broken
 _MOST_NODES = 40_000_000  # of a coarse search, kept in memory as floats
@@ -251,10 +242,7 @@ class _Search:
         """Return the best path (N, 3) [m] on lattices, and its total cost."""
         model = self.model._replace(search_range=self.model.search_range - _INSIDE)
         if relaxation > 0.0:
-            model = model._replace(
-                swing_leg=_widened(model.swing_leg, relaxation / _JOINT_ARM),
-                support_leg=_widened(model.support_leg, relaxation / _JOINT_ARM),
-            )
+            model = with_wider_joints(model, relaxation)
         points = len(self.points.soles)
         values, path = np.empty(lattices.offsets[-1]), np.empty((points, 3))
         at_a_time = points if progress is None else 1
@@ -291,11 +279,3 @@ class _Search:
         inside = self.points.first_range - _INSIDE
         lines[0] = np.clip(lines[0], (self.centre - inside)[:, None], (self.centre + inside)[:, None])
         return make_lattices([list(triple) for triple in lines])
-
-
-def _widened(leg: Leg, angle: float) -> Leg:
-    """Return a leg whose joints may pass their limits by an angle [rad]."""
-    yaw, roll, pitch, knee, ankle_pitch, ankle_roll = (
-        math.cos(min(math.acos(max(cosine, -1.0)) + angle, math.pi)) for cosine in leg.range_half_cosines
-    )
-    return leg._replace(range_half_cosines=(yaw, roll, pitch, knee, ankle_pitch, ankle_roll))

@@ -19,8 +19,8 @@ import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from agents.genetic import GasPlanner
-from agents.lattice import search_of_step
 from agents.network import PolicyNetwork
+from agents.path_cost import search_of_step
 from agents.planner import BatchPlanner, Progress, check_seed
 from agents.refinement import RefinementSettings, refine_path, violates
 from jet_gym.errors import PolicyFileError, SettingsError
