@@ -36,10 +36,10 @@ from agents.slacks import (
     fill_jacobian,
     fill_slacks,
 )
+from jet_gym.arrays import Array
 from jet_gym.balance import Stance
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, REACH, THRUST, ZMP
-from jet_gym.urdf import Array
 
 _MU_FACTOR = 0.3
 _NEWTON_STEPS = 25  # for each mu, at most

@@ -13,8 +13,8 @@ import numpy as np
 from agents.off_the_shelf import EVALUATIONS, OPTIMISERS, Search, missing_note
 from agents.planner import PointByPointPlanner, make_planner
 from agents.swing_point import SwingPoint, later_swing_point
+from jet_gym.arrays import Array
 from jet_gym.race import Contestant, race
-from jet_gym.urdf import Array
 
 _PLANNERS = ("gas", "ga", "gaex")
 

@@ -23,6 +23,7 @@ from typing import Any, Literal
 import numpy as np
 
 from agents.planner import PLANNERS, BatchPlanner, Planner, make_planner
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
@@ -30,7 +31,6 @@ from jet_gym.interrupts import call_in_worker
 from jet_gym.plan import Plan
 from jet_gym.statistics import STATISTICS, Interval, bootstrap_steps, improvement
 from jet_gym.step import Step
-from jet_gym.urdf import Array
 
 REFERENCE = "optimal"
 RIVAL = "gas"

@@ -17,6 +17,7 @@ import numpy as np
 
 from agents.genetic import INITIAL_PHASE, GeneticSettings, genetic_search
 from agents.planner import PointByPointPlanner
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceParameters, stance_of
 from jet_gym.compilation import entry_point
 from jet_gym.errors import SettingsError
@@ -26,7 +27,6 @@ from jet_gym.posture import swing_and_support
 from jet_gym.posture_state import fitness_of_candidates
 from jet_gym.robot import Trunk
 from jet_gym.step import Step
-from jet_gym.urdf import Array
 
 _BLOCK = 169  # positions evaluated at a time: one layer of the paper's cube
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.planner import PointByPointPlanner
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceParameters, BalanceSettings, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.errors import SettingsError
@@ -26,7 +27,6 @@ from jet_gym.posture import swing_and_support
 from jet_gym.posture_state import fitness_of_candidates
 from jet_gym.robot import Trunk
 from jet_gym.step import Step
-from jet_gym.urdf import Array
 
 _GENE_BITS = 10
 _GENE_MAX = 2**_GENE_BITS - 1

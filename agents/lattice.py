@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from agents.path_cost import FAR, SearchModel, SwingPoints, cost_of_path, exact_costs, search_of_step, stance_at
 from agents.relaxation import relaxed_costs
+from jet_gym.arrays import Array
 from jet_gym.compilation import entry_point, inlined
-from jet_gym.urdf import Array
 
 __all__ = [  # what a path costs is to be had from agents.path_cost
     "FAR",

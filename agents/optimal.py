@@ -34,10 +34,10 @@ from agents.path_cost import FAR, cost_of_path, search_of_step
 from agents.planner import Planner, Progress, check_seed
 from agents.refinement import RefinementSettings, refine_path, violates
 from agents.relaxation import reach_boxes, with_wider_joints
+from jet_gym.arrays import Array
 from jet_gym.errors import SettingsError, require_within
 from jet_gym.plan import Plan
 from jet_gym.step import Step
-from jet_gym.urdf import Array
 
 _INSIDE = 1e-7  # [m] that lattices keep from the edges of the search ranges, so that a path can be polished
 _MU = (1.0, 0.1, 10.0)  # where the interior-point method begins, in turns

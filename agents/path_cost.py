@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceParameters, BalanceSettings, Stance, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import ZMP
@@ -20,7 +21,6 @@ from jet_gym.posture import swing_and_support
 from jet_gym.posture_state import fitness_of_candidates
 from jet_gym.robot import Trunk
 from jet_gym.step import Step
-from jet_gym.urdf import Array
 
 FAR = 1e300  # the cost of what cannot be reached
 _ROUNDING = 1e-9  # [m] of a distance that is compared with the search range

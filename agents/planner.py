@@ -11,12 +11,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
 from jet_gym.plan import Plan
 from jet_gym.step import Step
-from jet_gym.urdf import Array
 
 Progress = Callable[[int, int], None]
 """Called after each swing point with how many are done and how many there are."""

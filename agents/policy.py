@@ -23,11 +23,11 @@ from agents.network import PolicyNetwork
 from agents.path_cost import search_of_step
 from agents.planner import BatchPlanner, Progress, check_seed
 from agents.refinement import RefinementSettings, refine_path, violates
+from jet_gym.arrays import Array
 from jet_gym.errors import PolicyFileError, SettingsError
 from jet_gym.plan import Plan
 from jet_gym.step import Step
 from jet_gym.task.drawing import LEAST_POINTS, MOST_POINTS
-from jet_gym.urdf import Array
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -9,6 +9,7 @@ import numpy as np
 
 from agents.genetic import GeneticSettings
 from agents.planner import make_planner
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceParameters, BalanceSettings, Stance, stance_of
 from jet_gym.courses import PAPER
 from jet_gym.fitness import FitnessParameters, FitnessSettings
@@ -16,7 +17,6 @@ from jet_gym.leg import Leg
 from jet_gym.posture import swing_and_support
 from jet_gym.posture_state import fitness_of_candidates
 from jet_gym.step import Step
-from jet_gym.urdf import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceParameters, Stance, least_thrust, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import JOINT_LIMITS, REACH
@@ -14,7 +15,6 @@ from jet_gym.joint_torques import largest_share, leg_torques
 from jet_gym.leg import Leg, Six, Vector
 from jet_gym.posture_state import posture_at
 from jet_gym.robot import Trunk
-from jet_gym.urdf import Array
 
 NEVER = 1e300  # [N] thrust where no posture balances; compiled code may not use infinity
 _BLOCK = 64  # postures side by side in SIMD lanes

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.balance_exhaustion import NEVER, explore_columns
 from jet_gym.errors import require_within
@@ -31,7 +32,6 @@ from jet_gym.posture import swing_and_support
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.step import Step
 from jet_gym.threads import for_each
-from jet_gym.urdf import Array
 
 FORMAT = "jet-gym-balance-space/1"
 FINEST, COARSEST = 0.005, 0.2  # [m]; the finest takes days

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from jet_gym.arrays import Array, finite_array
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.leg import Leg, Side, Six, Vector
 from jet_gym.robot import Robot
-from jet_gym.urdf import Array
 
 Rotation = tuple[float, float, float, float, float, float, float, float, float]  # 3x3, row by row
 
@@ -299,20 +299,6 @@ def inverse_kinematics(
     angles, out_of_reach = np.empty((len(position), 6)), np.empty(len(position))
     _inverse(robot.leg(side), position, np.ascontiguousarray(rotation), angles, out_of_reach)
     return angles.reshape(*shape, 6), out_of_reach.reshape(shape)
-
-
-def finite_array(values: ArrayLike, name: str, width: int) -> Array:
-    """Return values as a C-ordered float array whose last axis has the given width.
-
-    Raises:
-        ValueError: If the last axis has another width or a number is not finite.
-    """
-    array = np.ascontiguousarray(values, dtype=np.float64)
-    if array.ndim == 0 or array.shape[-1] != width:
-        raise ValueError(f"{name} must have shape (..., {width}), not {array.shape}")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} must be finite")
-    return array
 
 
 @entry_point

@@ -12,17 +12,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from jet_gym.arrays import Array, finite_array
 from jet_gym.balance import BalanceSettings
 from jet_gym.constraints import CONSTRAINT_NAMES, SEARCH_RANGE, violation_names
 from jet_gym.errors import JetGymError, PlanFileError
 from jet_gym.files import write_whole
 from jet_gym.fitness import FitnessSettings, fitness_of_postures
-from jet_gym.kinematics import finite_array
 from jet_gym.leg import SIDES
 from jet_gym.posture import evaluate_postures
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.step import Step
-from jet_gym.urdf import Array
 
 FORMAT = "jet-gym-plan/1"
 _PATH_TOLERANCE = 1e-9  # [m] rounding of a path that another machine computed

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from jet_gym.arrays import Array, finite_array
 from jet_gym.balance import BalanceSettings, edge_undefined, stance_of
 from jet_gym.compilation import entry_point
-from jet_gym.kinematics import axis_signs, finite_array, range_middles
+from jet_gym.kinematics import axis_signs, range_middles
 from jet_gym.leg import Leg, Side
 from jet_gym.posture_block import (
     BLOCK,
@@ -30,7 +31,6 @@ from jet_gym.posture_block import (
     stance_in,
 )
 from jet_gym.robot import Robot
-from jet_gym.urdf import Array
 
 _CHUNK = 64 * BLOCK
 

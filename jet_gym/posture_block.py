@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceParameters, Stance, edge_vectors
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.kinematics import from_middle
 from jet_gym.leg import Leg, Vector
 from jet_gym.posture_state import posture_at
 from jet_gym.robot import Trunk
-from jet_gym.urdf import Array
 
 BLOCK = 16
 GIVEN_ROWS = 19  # a stance of 16 numbers and a pelvis

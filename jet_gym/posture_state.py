@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from jet_gym.arrays import Array
 from jet_gym.balance import (
     BalanceParameters,
     Point,
@@ -28,7 +29,6 @@ from jet_gym.fitness import FitnessParameters, fitness_terms
 from jet_gym.kinematics import leg_forward, leg_inverse, within_limits
 from jet_gym.leg import Leg, Six, Vector
 from jet_gym.robot import Trunk
-from jet_gym.urdf import Array
 
 
 class PostureState(NamedTuple):

@@ -11,11 +11,11 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jet_gym.arrays import Array
 from jet_gym.errors import RobotError
 
-Array = NDArray[np.float64]
+__all__ = ["Array", "Joint", "Link", "Shape", "Urdf", "read_pose", "read_urdf", "rotation_from_rpy"]
 
 
 @dataclass(frozen=True, eq=False)

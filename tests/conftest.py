@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from jet_gym import Robot, jet_hr1
-from jet_gym.urdf import Array
+from jet_gym.arrays import Array
 
 hypothesis.settings.register_profile("jet_gym", deadline=None, derandomize=True, max_examples=100)
 hypothesis.settings.load_profile("jet_gym")

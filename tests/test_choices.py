@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from agents import make_planner
+from jet_gym.arrays import Array
 from jet_gym.constraints import EDGE_POLYGON, REACH, THRUST, ZMP
 from jet_gym.envs.choices import ChooseThrust
 from jet_gym.task.drawing import draw_random_steps
@@ -17,7 +18,6 @@ from jet_gym.task.lanes import Lanes
 from jet_gym.task.model import default_task
 from jet_gym.task.observation import HIGH, LOW
 from jet_gym.task.transition import Transition
-from jet_gym.urdf import Array
 
 COUNT, MAX_THRUST = 40, 23.0
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from jet_gym import load_robot
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings, stance_of
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, REACH, THRUST, ZMP, violation_names
 from jet_gym.fitness import FitnessSettings
@@ -18,7 +19,6 @@ from jet_gym.leg import Side
 from jet_gym.posture import Postures, evaluate_postures, swing_and_support
 from jet_gym.posture_state import fitness_of_candidates
 from jet_gym.robot import Robot
-from jet_gym.urdf import Array
 
 SIDES: tuple[Side, Side] = ("left", "right")
 MODELS = ("assigned", "least")

@@ -16,13 +16,14 @@ import numpy as np
 import pytest
 
 from jet_gym import jet_hr1, load_robot
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.errors import RobotError
 from jet_gym.kinematics import forward_kinematics, inverse_kinematics
 from jet_gym.leg import LegNames
 from jet_gym.posture import evaluate_postures
 from jet_gym.robot import FrameNames, Robot
-from jet_gym.urdf import Array, rotation_from_rpy
+from jet_gym.urdf import rotation_from_rpy
 
 if TYPE_CHECKING:
     from conftest import PinocchioRobot

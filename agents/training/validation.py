@@ -11,9 +11,9 @@ from agents.network import PolicyNetwork
 from agents.optimal import OptimalPlanner
 from agents.planner import Progress, make_planner
 from agents.policy import PolicyPlanner
+from jet_gym.arrays import Array
 from jet_gym.plan import Plan
 from jet_gym.step import Step
-from jet_gym.urdf import Array
 
 VALIDATION_SEED, TEST_SEED = 1_000_000_000, 2_000_000_000
 """First seeds of the steps that choose the best model, and of those that judge it; training's are below 10^9."""

@@ -11,6 +11,7 @@ from gymnasium.error import ResetNeeded
 from gymnasium.utils import EzPickle
 from numpy.typing import ArrayLike, NDArray
 
+from jet_gym.arrays import Array
 from jet_gym.balance import ThrustModel
 from jet_gym.envs.physics import BulletPhysics
 from jet_gym.envs.picture import Picture, Scene
@@ -21,7 +22,6 @@ from jet_gym.step import Step
 from jet_gym.task.lanes import POINT, POINTS, VIOLATED, Lanes
 from jet_gym.task.model import RewardForm, TaskModel
 from jet_gym.task.transition import Transition
-from jet_gym.urdf import Array
 
 PhysicsKind = Literal["bullet", "quasistatic"]
 RenderMode = Literal["human", "rgb_array"]

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jet_gym.arrays import Array
 from jet_gym.courses import CARTON_HEIGHT, CARTON_LENGTH, CARTON_WIDTH
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.leg import Leg
 from jet_gym.plan import Plan
 from jet_gym.step import Step
-from jet_gym.urdf import Array
 
 DUCT_RADIUS = 0.035  # [m] of a 70 mm fan
 

@@ -11,6 +11,7 @@ from agents.genetic import INITIAL_PHASE, GeneticSettings
 from agents.planner import make_planner
 from agents.summary import PlanSummary, summarize
 from agents.sweep import sweep_smoothness
+from jet_gym.arrays import Array
 from jet_gym.balance_space import least_thrust_of_step
 from jet_gym.courses import DITCH_SPAN, PAPER
 from jet_gym.figures import plot_locomotion, plot_smoothness_sweep, plot_trajectories, png_bytes
@@ -30,7 +31,6 @@ from jet_gym.reproduction.model import (
     with_interval,
 )  # fmt: skip
 from jet_gym.step import Step
-from jet_gym.urdf import Array
 
 PLANNERS = ("gas", "ga", "gaex")
 _NAMES = {"gas": "GAS", "ga": "GA", "gaex": "GAEx", "optimal": "optimum"}

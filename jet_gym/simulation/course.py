@@ -18,6 +18,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from jet_gym.arrays import Array
 from jet_gym.errors import StepError, require_within
 from jet_gym.leg import SIDES, Side
 from jet_gym.plan import Plan
@@ -30,7 +31,6 @@ from jet_gym.simulation.double_support import (
     soles_before,
     swing_and_support,
 )
-from jet_gym.urdf import Array
 
 PhaseKind = Literal["stand", "shift", "motion", "transition", "finish"]
 

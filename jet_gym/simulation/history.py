@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from jet_gym.arrays import Array
 from jet_gym.files import write_whole
 from jet_gym.leg import SIDES, Side
 from jet_gym.plan import Plan
@@ -19,7 +20,6 @@ from jet_gym.simulation.diagnosis import Demands, Summary, summarize
 from jet_gym.simulation.measurement import Measurement
 from jet_gym.simulation.support import support_margin
 from jet_gym.simulation.world import World
-from jet_gym.urdf import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from jet_gym.arrays import Array
 from jet_gym.simulation.camera import Camera
 from jet_gym.step import Step
-from jet_gym.urdf import Array
 
 if TYPE_CHECKING:
     from PIL.Image import Image

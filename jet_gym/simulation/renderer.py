@@ -9,6 +9,7 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
+from jet_gym.arrays import Array
 from jet_gym.courses import CARTON_HEIGHT
 from jet_gym.errors import SettingsError
 from jet_gym.robot import Robot, jet_hr1
@@ -19,7 +20,6 @@ from jet_gym.simulation.shading import FAR_AWAY, floor_of, shade
 from jet_gym.simulation.stage import Stage
 from jet_gym.simulation.world import World
 from jet_gym.step import Step
-from jet_gym.urdf import Array
 
 _LIGHT = CameraSettings(
     azimuth=math.radians(-30.0),

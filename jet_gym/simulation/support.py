@@ -8,10 +8,10 @@ from typing import Literal
 
 import numpy as np
 
+from jet_gym.arrays import Array
 from jet_gym.leg import Leg, Side
 from jet_gym.robot import Robot
 from jet_gym.simulation.body import Pose
-from jet_gym.urdf import Array
 
 Edge = Literal["front", "rear", "inner", "outer"]
 

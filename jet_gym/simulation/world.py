@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jet_gym.kinematics import finite_array, forward_kinematics
+from jet_gym.arrays import Array, finite_array
+from jet_gym.kinematics import forward_kinematics
 from jet_gym.leg import Side
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.simulation.actuators import Actuators
@@ -27,7 +28,6 @@ from jet_gym.simulation.recorder import Footing, Recorder
 from jet_gym.simulation.rotation import from_yaw
 from jet_gym.simulation.settings import SimulationSettings
 from jet_gym.step import Step
-from jet_gym.urdf import Array
 
 
 class World:

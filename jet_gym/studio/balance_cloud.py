@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.balance_space import BalanceSpace, compute_balance_space
 from jet_gym.figures.style import THRUST_COLOR
@@ -15,7 +16,6 @@ from jet_gym.leg import Side, Vector
 from jet_gym.robot import Robot
 from jet_gym.studio.colors import rgb
 from jet_gym.studio.worker import LatestWorker, Stale
-from jet_gym.urdf import Array
 
 if TYPE_CHECKING:
     from viser import SceneApi

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jet_gym.arrays import Array
 from jet_gym.figures.scene import Carton, Ditch, cartons_of, ditch_of
 from jet_gym.leg import Vector
 from jet_gym.simulation.cartons import CARTON_COLOR, TAPE_COLOR
 from jet_gym.step import Step
 from jet_gym.studio.colors import rgb
 from jet_gym.studio.inputs import FEET, Inputs
-from jet_gym.urdf import Array
 
 if TYPE_CHECKING:
     from viser import BoxHandle, LabelHandle, SceneApi

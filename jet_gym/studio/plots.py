@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jet_gym.arrays import Array
 from jet_gym.figures.style import ACHIEVED_COLOR, GRID, INK, LIMIT_COLOR, THRUST_COLOR, planner_styles
 from jet_gym.studio.curves import fitness_terms, zmp_margin
-from jet_gym.urdf import Array
 
 if TYPE_CHECKING:
     from viser import GuiApi, GuiTabHandle, GuiUplotHandle

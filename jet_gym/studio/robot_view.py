@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jet_gym.arrays import Array
 from jet_gym.robot import Robot
 from jet_gym.studio.motion import Pose
 from jet_gym.studio.robot_shapes import Color, Shape, robot_tree
-from jet_gym.urdf import Array
 
 if TYPE_CHECKING:
     from viser import FrameHandle, MeshHandle, SceneApi

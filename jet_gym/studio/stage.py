@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from jet_gym.arrays import Array
 from jet_gym.figures.style import planner_styles
 from jet_gym.plan import Plan
 from jet_gym.robot import Robot
@@ -16,7 +17,6 @@ from jet_gym.studio.inputs import Inputs
 from jet_gym.studio.motion import Pose
 from jet_gym.studio.path_view import PathView
 from jet_gym.studio.robot_view import RobotView
-from jet_gym.urdf import Array
 
 if TYPE_CHECKING:
     from viser import SceneApi

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jet_gym import constraints
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceParameters, edge_undefined, outside_edge_polygon, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.fitness import FitnessParameters, fitness_terms
@@ -57,7 +58,6 @@ from jet_gym.task.transition import (
     ZMP,
 )
 from jet_gym.trigonometry import arctangent
-from jet_gym.urdf import Array
 
 
 @entry_point

@@ -21,6 +21,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceParameters, Stance, assigned_thrust, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.leg import Leg
@@ -28,7 +29,6 @@ from jet_gym.leg_heights import hip_heights
 from jet_gym.posture_block import BLOCK, COM, FOUND_ROWS, GIVEN_ROWS, evaluate_block, put, stance_in
 from jet_gym.task.observation import FIRST_POINT, OBSERVED_PELVIS, OBSERVED_SWING_SOLE
 from jet_gym.task.packing import unpack
-from jet_gym.urdf import Array
 
 THRUST, ASIDE, HEIGHT = 0, 1, 2
 IDLE = -0.7

@@ -21,6 +21,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceParameters, BalanceSettings, Stance, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.courses import CARTON_LENGTH, CARTON_WIDTH
@@ -49,7 +50,6 @@ from jet_gym.task.lanes import (
 )
 from jet_gym.task.packing import TaskNumbers, pack, unpack
 from jet_gym.task.settings import TaskSettings
-from jet_gym.urdf import Array
 
 TRIES = 8  # draws that one block of random numbers holds
 NUMBERS = 10  # random numbers of one draw

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceParameters, Stance, edge_undefined, stance_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.leg import Leg, Vector
@@ -38,7 +39,6 @@ from jet_gym.task.lanes import (
 )
 from jet_gym.task.packing import unpack
 from jet_gym.trigonometry import arctangent
-from jet_gym.urdf import Array
 
 
 class Component(NamedTuple):

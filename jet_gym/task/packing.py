@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceParameters
 from jet_gym.compilation import inlined
 from jet_gym.fitness import FitnessParameters
 from jet_gym.leg import Leg, Six, Vector
 from jet_gym.robot import Trunk
 from jet_gym.task.settings import TaskParameters
-from jet_gym.urdf import Array
 
 _LEG_NUMBERS = 80
 
