@@ -12,13 +12,13 @@ from statistics import median
 import numpy as np
 
 from agents.genetic import GeneticSettings, genetic_search
-from agents.off_the_shelf import EVALUATIONS, OPTIMISERS, SETTINGS, Search
-from agents.swing_point import SwingPoint, later_swing_point
+from agents.studies.off_the_shelf import EVALUATIONS, OPTIMISERS, SETTINGS, Search
+from agents.studies.race import Contestant, race
+from agents.studies.swing_point import SwingPoint, later_swing_point
 from benchmarks.report import Report, command_line
 from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.fitness import FitnessSettings
-from jet_gym.race import Contestant, race
 
 _BALANCE, _FITNESS = BalanceSettings(), FitnessSettings()
 _SEEDS = 25

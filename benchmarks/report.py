@@ -14,10 +14,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from agents.off_the_shelf import missing_note
+from agents.studies.off_the_shelf import missing_note
+from agents.studies.race import take_one_core
 from jet_gym.files import check_writable, write_whole
 from jet_gym.machine import machine
-from jet_gym.race import take_one_core
 
 _PREFIXES = {-5: "f", -4: "p", -3: "n", -2: "µ", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}
 

@@ -7,11 +7,11 @@ from itertools import count
 import pytest
 
 from agents import calculation_time
-from agents.calculation_time import measure_calculation_time
-from agents.off_the_shelf import EVALUATIONS, OPTIMISERS, missing_note
-from agents.swing_point import later_swing_point
+from agents.studies.calculation_time import measure_calculation_time
+from agents.studies.off_the_shelf import EVALUATIONS, OPTIMISERS, missing_note
+from agents.studies.race import Contestant, race
+from agents.studies.swing_point import later_swing_point
 from jet_gym.machine import machine
-from jet_gym.race import Contestant, race
 
 
 def test_ratios_are_to_the_first_and_units_share_the_time() -> None:

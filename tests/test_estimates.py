@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from agents.estimates import greatest_ditch, with_fan_offset, with_foot_length, with_pelvis_mass
+from agents.studies.estimates import greatest_ditch, with_fan_offset, with_foot_length, with_pelvis_mass
 from jet_gym import Robot
 from jet_gym.balance import BalanceSettings
 from jet_gym.courses import PAPER

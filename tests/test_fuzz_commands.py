@@ -155,10 +155,10 @@ def _without_work() -> Iterator[None]:
     parts = tuple(replace(part, make=begin) for part in reproduction.PARTS)
     with ExitStack() as stack:
         for target in (
-            "agents.claims.measure_claims",
+            "agents.studies.claims.measure_claims",
             "agents.compare.compare",
             "agents.dataset._episode",
-            "agents.sweep.sweep_smoothness",
+            "agents.studies.sweep.sweep_smoothness",
             "jet_gym.balance_space.for_each",
             "jet_gym.simulation.execution.execute",
             "jet_gym.simulation.limits.find_limits",

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from agents import make_planner
-from agents.claims import measure_claims
+from agents.studies.claims import measure_claims
+from agents.studies.sweep import sweep_smoothness
 from agents.summary import summarize
-from agents.sweep import sweep_smoothness
 from jet_gym.courses import PAPER
 from jet_gym.fitness import FitnessSettings
 from jet_gym.statistics import bootstrap_mean
@@ -67,7 +67,7 @@ def test_claims_tell_no_violation_and_smoother_pelvis() -> None:
 
 
 def test_a_claim_that_does_not_hold_is_told() -> None:
-    from agents.claims import _claims_of
+    from agents.studies.claims import _claims_of
 
     report = measure_claims(range(2))
     swapped = report.summaries["side"] | {

@@ -18,7 +18,7 @@ def sweep_command(seeds: int, plot: Path | None) -> None:
     This is where the unit of the paper's omega = 50 was settled: per cm^2 it trades thrust against smoothness,
     per m^2 it does nothing, per mm^2 it freezes the pelvis.
     """
-    from agents.sweep import UNITS, sweep_smoothness
+    from agents.studies.sweep import UNITS, sweep_smoothness
     from jet_gym.cli.console import console, number, plain_table, progress_bar
     from jet_gym.figures import check_figure_path
 
@@ -60,7 +60,7 @@ def sweep_command(seeds: int, plot: Path | None) -> None:
 @seeds_option
 def claims_command(seeds: int) -> None:
     """Plan both motions with the paper's three planners and hold its claims against the result."""
-    from agents.claims import measure_claims
+    from agents.studies.claims import measure_claims
     from jet_gym.cli.console import console, plain_table, progress_bar, summary_table
 
     with progress_bar("plans") as report:

@@ -14,7 +14,7 @@ _OTHER_COLOR = "#9A9A9A"
 
 
 class PointTime(Protocol):
-    """How long one swing point takes, as :func:`agents.calculation_time.measure_calculation_time` finds it."""
+    """How long one swing point takes, as :mod:`agents.studies.calculation_time` measures it."""
 
     @property
     def name(self) -> str:

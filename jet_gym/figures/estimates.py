@@ -27,7 +27,7 @@ class PeakSummary(Protocol):
 
 
 class EstimateRow(Protocol):
-    """The robot with one number changed, such as the rows of :func:`agents.estimates.study_estimates`."""
+    """The robot with one number changed, such as the rows of :func:`agents.studies.estimates.study_estimates`."""
 
     @property
     def quantity(self) -> str:

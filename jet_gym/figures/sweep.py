@@ -40,7 +40,7 @@ class SweepSummary(Protocol):
 
 
 class SweepRow(Protocol):
-    """One smoothness weight on one motion, such as the rows of :func:`agents.sweep.sweep_smoothness`."""
+    """One smoothness weight on one motion, such as the rows of :func:`agents.studies.sweep.sweep_smoothness`."""
 
     @property
     def motion(self) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from agents.estimates import EstimateRow, study_estimates
+from agents.studies.estimates import EstimateRow, study_estimates
 from jet_gym.courses import DITCH_SPAN
 from jet_gym.figures import plot_estimates, png_bytes
 from jet_gym.reproduction.model import Chapter, Claim, Picture, Report, Settings, Table, verdict, with_interval

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from agents.claims import SLIGHTLY, ClaimsReport, measure_claims
 from agents.genetic import INITIAL_PHASE, GeneticSettings
 from agents.planner import make_planner
+from agents.studies.claims import SLIGHTLY, ClaimsReport, measure_claims
+from agents.studies.sweep import sweep_smoothness
 from agents.summary import PlanSummary, summarize
-from agents.sweep import sweep_smoothness
 from jet_gym.arrays import Array
 from jet_gym.balance_space import least_thrust_of_step
 from jet_gym.courses import DITCH_SPAN, PAPER

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from agents.calculation_time import PointTime, budget, measure_calculation_time
+from agents.studies.calculation_time import PointTime, budget, measure_calculation_time
 from jet_gym.figures import plot_calculation_time, png_bytes
 from jet_gym.reproduction.model import Chapter, Claim, Picture, Report, Settings, Table, verdict
 

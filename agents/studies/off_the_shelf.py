@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from agents.genetic import GeneticSettings
-from agents.swing_point import SwingPoint
+from agents.studies.swing_point import SwingPoint
 from jet_gym.arrays import Array
 
 SETTINGS = GeneticSettings()

@@ -10,11 +10,11 @@ from statistics import median
 
 import numpy as np
 
-from agents.off_the_shelf import EVALUATIONS, OPTIMISERS, Search, missing_note
 from agents.planner import PointByPointPlanner, make_planner
-from agents.swing_point import SwingPoint, later_swing_point
+from agents.studies.off_the_shelf import EVALUATIONS, OPTIMISERS, Search, missing_note
+from agents.studies.race import Contestant, race
+from agents.studies.swing_point import SwingPoint, later_swing_point
 from jet_gym.arrays import Array
-from jet_gym.race import Contestant, race
 
 _PLANNERS = ("gas", "ga", "gaex")
 

@@ -1,0 +1,1 @@
+"""Studies with planners: the paper's claims, the smoothness weight, the estimated numbers, the calculation time."""
