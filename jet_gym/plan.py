@@ -14,17 +14,16 @@ from numpy.typing import ArrayLike
 
 from jet_gym.arrays import Array, finite_array
 from jet_gym.balance import BalanceSettings
-from jet_gym.constraints import CONSTRAINT_NAMES, SEARCH_RANGE, violation_names
-from jet_gym.errors import JetGymError, PlanFileError
+from jet_gym.constraints import SEARCH_RANGE, violation_names
+from jet_gym.errors import PlanFileError
 from jet_gym.files import write_whole
 from jet_gym.fitness import FitnessSettings, fitness_of_postures
 from jet_gym.leg import SIDES
+from jet_gym.plan_file import ARRAY_WIDTHS, FORMAT, read_fields, read_json
 from jet_gym.posture import evaluate_postures
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.step import Step
 
-FORMAT = "jet-gym-plan/1"
-_PATH_TOLERANCE = 1e-9  # [m] rounding of a path that another machine computed
 _RANGE_TOLERANCE = 1e-9  # [m] rounding of a pelvis that moved by the whole search range
 
 
@@ -221,7 +220,7 @@ class Plan:
             "step": self.step.to_dict(),
             "joint_names": list(self.step.robot.joint_names),
             "support_sole": list(self.step.support),
-            **{name: getattr(self, name).tolist() for name in _array_widths()},
+            **{name: getattr(self, name).tolist() for name in ARRAY_WIDTHS},
             "evaluations": [int(count) for count in self.evaluations],
             "violations": [list(names) for names in self.violations],
         }
@@ -238,16 +237,7 @@ class Plan:
             PlanFileError: If the file cannot be read, is damaged, of another format or not finite; the
                 message names the field.
         """
-        try:
-            text = Path(path).read_text(encoding="utf-8")
-        except (OSError, ValueError) as error:  # a path with a null character is a ValueError
-            if isinstance(error, UnicodeDecodeError):
-                raise PlanFileError(f"{path} is not a plan: it is not a text file") from error
-            raise PlanFileError(f"cannot read the plan {path!s}: {getattr(error, 'strerror', error)}") from error
-        try:
-            data = json.loads(text)
-        except (ValueError, RecursionError) as error:
-            raise PlanFileError(f"{path} is not a plan: it is not JSON ({error})") from error
+        data = read_json(path)
         try:
             return cls.from_dict(data, robot)
         except PlanFileError as error:
@@ -260,36 +250,7 @@ class Plan:
         Raises:
             PlanFileError: If a field is missing, of the wrong shape or not finite.
         """
-        robot = robot or jet_hr1()
-        if not isinstance(data, dict) or data.get("format") != FORMAT:
-            found = data.get("format") if isinstance(data, dict) else type(data).__name__
-            raise PlanFileError(f"field 'format' must be {FORMAT!r}, not {found!r}")
-        if data.get("robot") != robot.name:
-            raise PlanFileError(f"field 'robot' is {data.get('robot')!r}, but the robot at hand is {robot.name!r}")
-        if data.get("joint_names") != list(robot.joint_names):
-            raise PlanFileError(f"field 'joint_names' must be the joints of {robot.name} in its own order")
-        planner, seed = data.get("planner"), data.get("seed")
-        if not isinstance(planner, str):
-            raise PlanFileError(f"field 'planner' must be a name, not {planner!r}")
-        if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-            raise PlanFileError(f"field 'seed' must be a whole number of 0 or more, not {seed!r}")
-        step = _read_step(data.get("step"), robot)
-        if data.get("support_sole") != list(step.support):
-            raise PlanFileError("field 'support_sole' must be the support of field 'step'")
-        arrays = {name: _read_array(data, name, step.points, width) for name, width in _array_widths().items()}
-        if np.any(np.diff(arrays["time"]) <= 0.0):
-            raise PlanFileError("field 'time' must increase from swing point to swing point")
-        if np.abs(arrays["swing_sole"] - step.swing_sole).max() > _PATH_TOLERANCE:
-            raise PlanFileError("field 'swing_sole' must be the path of field 'step'")
-        if (arrays["evaluations"] < 0.0).any():
-            raise PlanFileError("field 'evaluations' must be 0 or more")
-        return cls(
-            planner=planner,
-            seed=seed,
-            step=step,
-            violations=_read_violations(data.get("violations"), step.points),
-            **arrays,
-        )
+        return cls(**read_fields(data, robot or jet_hr1()))
 
 
 def roughness(trajectory: ArrayLike) -> float:
@@ -303,71 +264,8 @@ def roughness(trajectory: ArrayLike) -> float:
     return math.sqrt(float(second @ second) / points)
 
 
-def _array_widths() -> dict[str, int | None]:
-    """Return the arrays of a plan and the length of their rows; ``None`` for a plain list."""
-    return {
-        "time": None,
-        "swing_sole": 3,
-        "pelvis": 3,
-        "pelvis_yaw": None,
-        "joint_positions": 12,
-        "com": 3,
-        "zmp": 2,
-        "assigned_zmp": 2,
-        "fan": 3,
-        "thrust": None,
-        "fitness": None,
-        "edge_angle": None,
-        "solve_time": None,
-        "evaluations": None,
-    }
-
-
-def _read_array(data: dict[str, Any], name: str, points: int, width: int | None) -> Array:
-    shape = (points,) if width is None else (points, width)
-    if name not in data:
-        raise PlanFileError(f"field {name!r} is missing")
-    if not isinstance(data[name], list) or len(data[name]) != points:
-        raise PlanFileError(f"field {name!r} must be a list of {points}, one for each swing point")
-    rows = [[row] for row in data[name]] if width is None else data[name]
-    if not all(isinstance(row, list) and all(type(value) in (int, float) for value in row) for row in rows):
-        raise PlanFileError(f"field {name!r} must be numbers of shape {shape}")
-    try:
-        array = np.array(data[name], dtype=np.float64)
-    except (ValueError, OverflowError):
-        raise PlanFileError(f"field {name!r} must be finite numbers of shape {shape}") from None
-    if array.shape != shape:
-        raise PlanFileError(f"field {name!r} must have shape {shape}, not {array.shape}")
-    if not np.isfinite(array).all():
-        raise PlanFileError(f"field {name!r} must be finite")
-    return array
-
-
-def _read_step(data: Any, robot: Robot) -> Step:
-    if not isinstance(data, dict):
-        raise PlanFileError(f"field 'step' must be a table, not {type(data).__name__}")
-    names = {"swing", "start", "landing", "support", "apex", "points", "duration"}
-    unknown, missing = sorted(set(data) - names), sorted(names - set(data))
-    if unknown or missing:
-        raise PlanFileError(f"field 'step' has unknown entries {unknown} or lacks {missing}")
-    try:
-        return Step(robot=robot, **data)
-    except JetGymError as error:
-        raise PlanFileError(f"field 'step': {error}") from error
-
-
 def _checked_path(step: Step, pelvis: ArrayLike) -> Array:
     path = finite_array(pelvis, "pelvis", 3)
     if path.shape != (step.points, 3):
         raise ValueError(f"pelvis must have shape ({step.points}, 3), one row a swing point, not {path.shape}")
     return path
-
-
-def _read_violations(data: Any, points: int) -> tuple[tuple[str, ...], ...]:
-    known = sorted(CONSTRAINT_NAMES.values())
-    if not isinstance(data, list) or len(data) != points:
-        raise PlanFileError(f"field 'violations' must be a list of {points} lists of names")
-    for names in data:
-        if not isinstance(names, list) or not all(name in known for name in names):
-            raise PlanFileError(f"field 'violations' may only name {known}, not {names!r}")
-    return tuple(tuple(names) for names in data)
