@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from jet_gym.cli.options import balance_options, given, seed_option, with_suffixes
+from jet_gym.cli.options import balance_options, seed_option, with_suffixes
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from jet_gym.balance import BalanceSettings
     from jet_gym.balance_space import BalanceSpace
 
 
@@ -36,9 +37,7 @@ def balance_space_command(
     resolution: float,
     swing: Any,
     lowest: float,
-    thrust_model: Any,
-    zmp_margin: float | None,
-    max_thrust: float | None,
+    balance: BalanceSettings,
     seed: int,  # noqa: ARG001
     output: Path | None,
     plot: Path | None,
@@ -54,13 +53,11 @@ def balance_space_command(
     within the servos'. Half the spacing takes about 50 times as long. Nothing is drawn at random, so that --seed
     changes nothing.
     """  # noqa: D301
-    from jet_gym.balance import BalanceSettings
     from jet_gym.balance_space import compute_balance_space
-    from jet_gym.cli.console import console, progress_bar
+    from jet_gym.cli.console import console, progress_bar, say_written
     from jet_gym.figures import check_figure_path
     from jet_gym.files import check_writable
 
-    settings = BalanceSettings(**given(thrust_model=thrust_model, zmp_margin=zmp_margin, max_thrust=max_thrust))
     section = None if plot is None else with_suffixes(plot, "section")
     if output is not None:
         if output.suffix != ".npz":
@@ -71,21 +68,17 @@ def balance_space_command(
     if section is not None and lowest > 0.0:
         raise click.UsageError("--plot shows level ground too, which --lowest leaves out; take 0 or less")
     with progress_bar("balance space") as report:
-        space = compute_balance_space(resolution, settings, swing=swing, lowest=lowest, progress=report)
+        space = compute_balance_space(resolution, balance, swing=swing, lowest=lowest, progress=report)
     console.print(space_table(space))
     console.print(torque_sentence(space), soft_wrap=True)
-    written = []
     if output is not None:
         space.save(output)
-        written.append(output)
     if plot is not None and section is not None:
         from jet_gym.figures import plot_balance_section, plot_balance_space, save_figure
 
         save_figure(plot_balance_space(space), plot)
         save_figure(plot_balance_section(space), section)
-        written += [plot, section]
-    if written:
-        console.print("wrote " + ", ".join(map(str, written)), soft_wrap=True)
+    say_written(output, plot, section)
 
 
 def space_table(space: BalanceSpace) -> Table:

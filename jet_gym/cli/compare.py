@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from jet_gym.cli.options import given, settings_options, with_suffixes
+from jet_gym.cli.options import settings_options, step_seed_option, with_suffixes
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from agents.compare import Comparison
+    from jet_gym.balance import BalanceSettings
+    from jet_gym.fitness import FitnessSettings
     from jet_gym.plan import Plan
 
 _EXAMPLE_SHARES = (0.1, 0.5, 0.9)  # of the steps, in the order of their least total fitness
@@ -24,7 +26,7 @@ _EXAMPLE_SHARES = (0.1, 0.5, 0.9)  # of the steps, in the order of their least t
     "--planner", "planners", multiple=True, help="A planner; give it several times. All that there are by default."
 )
 @click.option("--steps", type=click.IntRange(min=2), default=100, show_default=True, help="How many random steps.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the steps.")
+@step_seed_option
 @click.option(
     "--planner-seeds", type=click.IntRange(min=1), default=1, show_default=True,
     help="How often a planner plans each step, with seeds from 0 on.",
@@ -53,10 +55,8 @@ def compare_command(
     planner_seeds: int,
     physics: Any,
     processes: int,
-    thrust_model: Any,
-    zmp_margin: float | None,
-    max_thrust: float | None,
-    smoothness_weight: float | None,
+    balance: BalanceSettings,
+    fitness: FitnessSettings,
     output: Path | None,
     plot: Path | None,
 ) -> None:
@@ -71,11 +71,9 @@ def compare_command(
     the processor time of whole plans in one process on one core, the planners taking turns.
     """  # noqa: D301
     from agents.compare import CompareSettings, compare, default_planners
-    from jet_gym.balance import BalanceSettings
-    from jet_gym.cli.console import console, progress_bar
+    from jet_gym.cli.console import console, progress_bar, say_written
     from jet_gym.figures import check_figure_path
     from jet_gym.files import check_writable, write_whole
-    from jet_gym.fitness import FitnessSettings
 
     settings = CompareSettings(
         planners=tuple(dict.fromkeys(planners)) or default_planners(),
@@ -84,8 +82,8 @@ def compare_command(
         planner_seeds=planner_seeds,
         physics=physics,
         processes=processes,
-        balance=BalanceSettings(**given(thrust_model=thrust_model, zmp_margin=zmp_margin, max_thrust=max_thrust)),
-        fitness=FitnessSettings(**given(smoothness_weight=smoothness_weight)),
+        balance=balance,
+        fitness=fitness,
     )
     if output is not None:
         check_writable(output)
@@ -101,9 +99,7 @@ def compare_command(
         write_whole(output, json.dumps(found.to_dict(), indent=1).encode())
     if pictures:
         _draw(found, *pictures)
-    written = [str(path) for path in (output, *pictures) if path is not None]
-    if written:
-        console.print("wrote " + ", ".join(written), soft_wrap=True)
+    say_written(output, *pictures)
 
 
 Column = tuple[str, str, str, float, int]  # heading, figure, statistic, scale, digits

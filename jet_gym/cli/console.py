@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
 
@@ -40,6 +41,13 @@ def progress_bar(description: str) -> Iterator[ProgressCallback]:
     finally:
         if progress.live.is_started:
             progress.stop()
+
+
+def say_written(*files: Path | None) -> None:
+    """Name the files that were written, those that were asked for."""
+    written = [str(file) for file in files if file is not None]
+    if written:
+        console.print("wrote " + ", ".join(written), soft_wrap=True)
 
 
 def summary_table(title: str, summaries: Sequence[PlanSummary]) -> Table:

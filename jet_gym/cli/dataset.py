@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from jet_gym.cli.options import step_seed_option
+
 
 @click.command("dataset", short_help="Planners' episodes as Minari datasets.")
 @click.option(
@@ -19,7 +21,7 @@ import click
     show_default=True,
     help="Random steps, one an episode.",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the steps.")
+@step_seed_option
 @click.option(
     "--output", type=click.Path(path_type=Path, file_okay=False), default=Path("datasets"), show_default=True,
     help="Folder for the datasets jet_hr1/PLANNER-v0.",
@@ -34,8 +36,8 @@ def dataset_command(planners: tuple[str, ...], steps: int, seed: int, output: Pa
     Observations, actions and graded rewards are those of the environment's page.
     """  # noqa: D301
     from agents.dataset import make_datasets
-    from jet_gym.cli.console import console, progress_bar
+    from jet_gym.cli.console import progress_bar, say_written
 
     with progress_bar("planning episodes") as report:
         folders = make_datasets(planners, steps, seed, output, report)
-    console.print("wrote " + ", ".join(map(str, folders)), soft_wrap=True)
+    say_written(*folders)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -16,15 +17,28 @@ CONTROL_NAMES = {"feedforward": "feed-forward", "pid": "feed-forward and PID"}
 seed_option = click.option(
     "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the search."
 )
+step_seed_option = click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the steps."
+)
 seeds_option = click.option(
     "--seeds", type=click.IntRange(min=2), default=20, show_default=True, help="How many seeds, from 0 on."
 )
 
 
-def balance_options(command: Command) -> Command:
-    """Add the options that make balance settings."""
+def balance_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options that make balance settings, which the command gets as its argument ``balance``."""
+
+    @functools.wraps(command)
+    def with_balance(
+        *arguments: Any, thrust_model: Any, zmp_margin: float | None, max_thrust: float | None, **others: Any
+    ) -> Any:
+        from jet_gym.balance import BalanceSettings
+
+        asked = given(thrust_model=thrust_model, zmp_margin=zmp_margin, max_thrust=max_thrust)
+        return command(*arguments, balance=BalanceSettings(**asked), **others)
+
     return _with_options(
-        command,
+        with_balance,
         click.option(
             "--thrust-model",
             type=click.Choice(["assigned", "least"]),
@@ -37,10 +51,17 @@ def balance_options(command: Command) -> Command:
     )
 
 
-def settings_options(command: Command) -> Command:
-    """Add the options that make balance and fitness settings."""
+def settings_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options that make balance and fitness settings, the arguments ``balance`` and ``fitness``."""
+
+    @functools.wraps(command)
+    def with_fitness(*arguments: Any, smoothness_weight: float | None, **others: Any) -> Any:
+        from jet_gym.fitness import FitnessSettings
+
+        return command(*arguments, fitness=FitnessSettings(**given(smoothness_weight=smoothness_weight)), **others)
+
     weight = click.option("--smoothness-weight", type=float, help="omega of eq. (18) [1/m^2]; 5e5 = 50 per cm^2.")
-    return balance_options(weight(command))
+    return balance_options(weight(with_fitness))
 
 
 def given(**options: Any) -> dict[str, Any]:

@@ -15,10 +15,9 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from jet_gym.balance import BalanceSettings
+    from jet_gym.fitness import FitnessSettings
     from jet_gym.plan import Plan
     from jet_gym.step import Step
-
-Position = tuple[float, float, float]
 
 _TABLE_ROWS = 12
 
@@ -68,10 +67,8 @@ def plan_command(
     seed: int,
     output: Path,
     plot: Path | None,
-    thrust_model: Any,
-    zmp_margin: float | None,
-    max_thrust: float | None,
-    smoothness_weight: float | None,
+    balance: BalanceSettings,
+    fitness: FitnessSettings,
     **own_step: Any,
 ) -> int:
     """Plan the paper's motion SIDE or FORWARD, both (PAPER), or a step of your own.
@@ -85,12 +82,8 @@ def plan_command(
     nothing, if no posture at all can make one of the swing points.
     """  # noqa: D301
     from agents.planner import make_planner
-    from jet_gym.balance import BalanceSettings
     from jet_gym.cli.console import console, progress_bar, summary_table
-    from jet_gym.fitness import FitnessSettings
 
-    balance = BalanceSettings(**given(thrust_model=thrust_model, zmp_margin=zmp_margin, max_thrust=max_thrust))
-    fitness = FitnessSettings(**given(smoothness_weight=smoothness_weight))
     jobs = _jobs(motion, own_step)
     names = list(dict.fromkeys(planners))
     agents_by_name = [make_planner(name, balance=balance, fitness=fitness) for name in names]
@@ -219,7 +212,7 @@ def _write(
     files: dict[tuple[str, str], Path],
     pictures: dict[tuple[str, str], Path],
 ) -> None:
-    from jet_gym.cli.console import console
+    from jet_gym.cli.console import say_written
 
     for job in jobs:
         for name, plan in zip(names, plans[job.motion], strict=True):
@@ -232,7 +225,7 @@ def _write(
             save_figure(plot_trajectories(plans[job.motion]), pictures[job.motion, "trajectories"])
             save_figure(plot_locomotion(plans[job.motion][0]), pictures[job.motion, "locomotion"])
         written.extend(pictures.values())
-    console.print("wrote " + ", ".join(str(path) for path in written), soft_wrap=True)
+    say_written(*written)
 
 
 def _report_violations(plans: dict[str, list[Plan]]) -> int:

@@ -78,7 +78,7 @@ def robustness_command(
     The result depends on the seed alone, not on the number of processes; on Ctrl-C what there is so far is printed
     and kept, and --resume goes on with it.
     """  # noqa: D301
-    from jet_gym.cli.console import console, progress_bar
+    from jet_gym.cli.console import progress_bar, say_written
     from jet_gym.figures import check_figure_path, plot_robustness, save_figure
     from jet_gym.files import check_writable
     from jet_gym.simulation.bullet import require_bullet
@@ -111,11 +111,9 @@ def robustness_command(
         study.report(finished=False)
         raise
     study.report(finished=True)
-    written = [str(path), *([str(limits_path)] if limits else [])]
     if plot is not None:
         save_figure(plot_robustness(study.trials, controls, study.limits), plot)
-        written.append(str(plot))
-    console.print("wrote " + ", ".join(written), soft_wrap=True)
+    say_written(path, limits_path if limits else None, plot)
 
 
 class _Study:

@@ -62,7 +62,7 @@ def simulate_command(
     with 1 if the robot falls, or a foot touches down or slides further from its place than is allowed. The seed is
     that of the planner and of the IMU's noise.
     """  # noqa: D301
-    from jet_gym.cli.console import console, progress_bar
+    from jet_gym.cli.console import console, progress_bar, say_written
     from jet_gym.files import check_writable
     from jet_gym.simulation.bullet import require_bullet
     from jet_gym.simulation.execution import ExecutionSettings, execute
@@ -83,7 +83,7 @@ def simulate_command(
     console.print(torque_table(execution.summary, chosen[0].step.robot.joint_names))
     if log is not None:
         execution.save_csv(log)
-        console.print(f"wrote {log}", soft_wrap=True)
+        say_written(log)
     if video is not None:
         _film(execution, video, film_settings, film)
     if execution.summary.success:
@@ -107,11 +107,11 @@ def _plans(names: Sequence[str], planner: str, seed: int, report: Any) -> list[P
 
 
 def _film(execution: Execution, video: Path, settings: FilmSettings, film: Any) -> None:
-    from jet_gym.cli.console import console, progress_bar
+    from jet_gym.cli.console import progress_bar, say_written
 
     with progress_bar("filming") as report:
         film(execution, video, settings, report)
-    console.print(f"wrote {video}", soft_wrap=True)
+    say_written(video)
 
 
 def _table(execution: Execution) -> Table:

@@ -19,7 +19,7 @@ def sweep_command(seeds: int, plot: Path | None) -> None:
     per m^2 it does nothing, per mm^2 it freezes the pelvis.
     """
     from agents.studies.sweep import UNITS, sweep_smoothness
-    from jet_gym.cli.console import console, number, plain_table, progress_bar
+    from jet_gym.cli.console import console, number, plain_table, progress_bar, say_written
     from jet_gym.figures import check_figure_path
 
     if plot is not None:
@@ -53,7 +53,7 @@ def sweep_command(seeds: int, plot: Path | None) -> None:
         from jet_gym.figures import plot_smoothness_sweep, save_figure
 
         save_figure(plot_smoothness_sweep(rows), plot)
-        console.print(f"wrote {plot}", soft_wrap=True)
+        say_written(plot)
 
 
 @click.command("claims", short_help="What the paper says of GAS, GA and GAEx, measured.")
