@@ -25,7 +25,7 @@ import numpy as np
 from agents.planner import PLANNERS, BatchPlanner, Planner, make_planner
 from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
-from jet_gym.errors import SettingsError
+from jet_gym.errors import SettingsError, require_whole
 from jet_gym.fitness import FitnessSettings
 from jet_gym.interrupts import call_in_worker
 from jet_gym.plan import Plan
@@ -89,9 +89,7 @@ class CompareSettings:
         if not self.planners:
             raise SettingsError("name at least one planner")
         for name, least in (("steps", 2), ("planner_seeds", 1), ("timed_steps", 1), ("processes", 1), ("seed", 0)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise SettingsError(f"{name} must be a whole number of {least} or more, not {value!r}")
+            require_whole(name, getattr(self, name), least)
         if self.physics not in ("quasistatic", "bullet"):
             raise SettingsError(f"physics must be 'quasistatic' or 'bullet', not {self.physics!r}")
 

@@ -31,11 +31,11 @@ from agents.barrier import bring_inside, polish, shares_of_mu
 from agents.genetic import GaPlanner, GasPlanner
 from agents.lattice import Lattices, accumulate, make_lattices, trace_back
 from agents.path_cost import FAR, cost_of_path, search_of_step
-from agents.planner import Planner, Progress, check_seed
+from agents.planner import Planner, Progress
 from agents.refinement import RefinementSettings, refine_path, violates
 from agents.relaxation import reach_boxes, with_wider_joints
 from jet_gym.arrays import Array
-from jet_gym.errors import SettingsError, require_within
+from jet_gym.errors import require_seed, require_whole, require_within
 from jet_gym.plan import Plan
 from jet_gym.step import Step
 
@@ -74,9 +74,7 @@ class OptimalSettings:
         for name in ("spacing", "tolerance", "last_mu", "zmp_penalty"):
             require_within(name, getattr(self, name), above=True)
         for name in ("refinements", "tube", "rounds"):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise SettingsError(f"{name} must be a whole number of 1 or more, not {value!r}")
+            require_whole(name, getattr(self, name), 1)
 
 
 @dataclass(frozen=True)
@@ -106,7 +104,7 @@ class OptimalPlanner(Planner):
         The time of the plan is spread evenly over its swing points, and so are the postures evaluated. Progress
         counts the swing points of the coarse search, which takes half of the time, and the last one at the end.
         """
-        check_seed(seed)
+        require_seed(seed)
         _warm_up()
         started = perf_counter()
         search = _Search(self, step)

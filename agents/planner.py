@@ -13,7 +13,7 @@ import numpy as np
 
 from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
-from jet_gym.errors import SettingsError
+from jet_gym.errors import SettingsError, require_seed
 from jet_gym.fitness import FitnessSettings
 from jet_gym.plan import Plan
 from jet_gym.step import Step
@@ -78,7 +78,7 @@ class PointByPointPlanner(Planner):
 
     def plan(self, step: Step, seed: int = 0, progress: Progress | None = None) -> Plan:
         """Plan a step, one swing point after the other; see :meth:`Planner.plan`."""
-        check_seed(seed)
+        require_seed(seed)
         generator = np.random.default_rng(seed)
         soles, previous = step.swing_sole, step.nominal_pelvis
         path, solve_time, evaluations = np.empty((step.points, 3)), np.empty(step.points), np.empty(step.points)
@@ -127,16 +127,6 @@ class PointByPointPlanner(Planner):
     @abstractmethod
     def warm_up(self, step: Step) -> None:
         """Load or compile what :meth:`choose` needs, so that solve times leave it out."""
-
-
-def check_seed(seed: int) -> None:
-    """Refuse a seed that is none.
-
-    Raises:
-        ValueError: If the seed is not a whole number of 0 or more.
-    """
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-        raise ValueError(f"seed must be a whole number of 0 or more, not {seed!r}")
 
 
 def make_planner(

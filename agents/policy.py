@@ -21,10 +21,10 @@ from threadpoolctl import ThreadpoolController
 from agents.genetic import GasPlanner
 from agents.network import PolicyNetwork
 from agents.path_cost import search_of_step
-from agents.planner import BatchPlanner, Progress, check_seed
+from agents.planner import BatchPlanner, Progress
 from agents.refinement import RefinementSettings, refine_path, violates
 from jet_gym.arrays import Array
-from jet_gym.errors import PolicyFileError, SettingsError
+from jet_gym.errors import PolicyFileError, SettingsError, require_seed
 from jet_gym.plan import Plan
 from jet_gym.step import Step
 from jet_gym.task.drawing import LEAST_POINTS, MOST_POINTS
@@ -101,7 +101,7 @@ class PolicyPlanner(BatchPlanner):
 
         The solve time of a swing point is that of the batch over all its swing points.
         """
-        check_seed(seed)
+        require_seed(seed)
         if not steps:
             return []
         if any(step.robot is not self.task.robot for step in steps):

@@ -59,6 +59,35 @@ def require_within(
     raise SettingsError(f"{name} must {allowed}, not {value}")
 
 
+def require_whole(name: str, value: object, least: int, most: int | None = None) -> None:
+    """Refuse a setting that is not a whole number within a range.
+
+    Args:
+        name: Of the setting.
+        value: What it was given.
+        least: The lower end of the range.
+        most: The upper end; none where omitted.
+
+    Raises:
+        SettingsError: With a sentence that names the setting and what it may be.
+    """
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    if whole and least <= value and (most is None or value <= most):
+        return
+    allowed = f"of {least} or more" if most is None else f"from {least} to {most}"
+    raise SettingsError(f"{name} must be a whole number {allowed}, not {value!r}")
+
+
+def require_seed(seed: object) -> None:
+    """Refuse a seed that is none; NumPy's integers are.
+
+    Raises:
+        SettingsError: If the seed is not a whole number of 0 or more.
+    """
+    if isinstance(seed, bool) or not isinstance(seed, numbers.Integral) or seed < 0:
+        raise SettingsError(f"seed must be a whole number of 0 or more, not {seed!r}")
+
+
 class PlanFileError(JetGymError, ValueError):
     """A plan file that is damaged, of another format or not finite."""
 

@@ -110,7 +110,8 @@ def expert_path(step: Step, mu: float, thrust_share: float = 1.0, relative_mu: f
     if relative_mu * cost < mu:
         polish(model, points, mu, max(relative_mu * cost, _LEAST_MU), shares, path)
         cost = cost_of_path(model, points, path)
-    most = step.points * (FitnessSettings.thrust_weight * 23.0 + 100.0) + 0.5 * _LEAST_PENALTY
+    full_thrust = model.fitness.thrust_weight * model.balance.max_thrust
+    most = step.points * (full_thrust + 100.0) + 0.5 * _LEAST_PENALTY
     return path if cost < most else None
 
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jet_gym.errors import SettingsError, require_number, require_within
+from jet_gym.errors import SettingsError, require_number, require_whole, require_within
 from jet_gym.leg import Vector
 
 LINKS = 13  # pelvis, then the six links of the left and of the right leg, from hip yaw to foot
@@ -104,8 +104,7 @@ class DisturbanceRanges:
         Raises:
             SettingsError: A ``ValueError`` that names the range and what it may be.
         """
-        if isinstance(self.pushes, bool) or not isinstance(self.pushes, int) or not 0 <= self.pushes <= 100:
-            raise SettingsError(f"pushes must be a whole number from 0 to 100, not {self.pushes!r}")
+        require_whole("pushes", self.pushes, 0, 100)
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             if field.name in ("friction", "contact_stiffness", "imu_noise", "imu_delay", "fan_lag", "push_impulse"):

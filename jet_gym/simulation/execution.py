@@ -10,7 +10,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from jet_gym.errors import SettingsError, require_within
+from jet_gym.errors import SettingsError, require_seed, require_within
 from jet_gym.leg import Side
 from jet_gym.plan import Plan
 from jet_gym.simulation.course import Course, CourseSettings, Phase, make_course
@@ -119,8 +119,7 @@ def execute(
         DisplayMissingError: If there is no display for the window.
     """
     settings = settings or ExecutionSettings()
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-        raise ValueError(f"seed must be a whole number of 0 or more, not {seed!r}")
+    require_seed(seed)
     course = make_course(plans, settings.course)
     with World(plans[0].step.robot, settings.simulation, gui=gui) as world:
         world.disturb(disturbance or Disturbance())

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from jet_gym.arrays import Array
 from jet_gym.courses import CARTON_HEIGHT
-from jet_gym.errors import SettingsError
+from jet_gym.errors import require_whole
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.simulation.camera import Camera, CameraSettings
 from jet_gym.simulation.errors import WorldStateError
@@ -66,8 +66,7 @@ class Renderer:
         camera: CameraSettings | None = None,
     ) -> None:
         for name, value in (("width", width), ("height", height), ("supersampling", supersampling)):
-            if isinstance(value, bool) or not isinstance(value, int) or not 0 < value <= 8192:
-                raise SettingsError(f"{name} must be a whole number from 1 to 8192, not {value!r}")
+            require_whole(name, value, 1, 8192)
         self.width, self.height = width, height
         self.camera = Camera(width, height, camera)
         self.stage = Stage(robot or jet_hr1())

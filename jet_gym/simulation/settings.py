@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 
 from jet_gym.balance import GRAVITY
-from jet_gym.errors import SettingsError, require_within
+from jet_gym.errors import require_whole, require_within
 
 _MAY_BE_ZERO = {
     "sole_friction",
@@ -83,8 +83,9 @@ class SimulationSettings:
         """
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
-            if field.name in _WHOLE and (isinstance(value, bool) or not isinstance(value, int)):
-                raise SettingsError(f"{field.name} must be a whole number, not {value!r}")
+            if field.name in _WHOLE:
+                require_whole(field.name, value, 1)
+                continue
             most = 1.0 if field.name in _AT_MOST_ONE else math.inf
             require_within(field.name, value, 0.0, most, above=field.name not in _MAY_BE_ZERO)
 
