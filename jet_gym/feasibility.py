@@ -15,6 +15,7 @@ import numpy as np
 from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.errors import InfeasibleStepError
+from jet_gym.leg import opposite
 from jet_gym.posture import Postures, evaluate_postures
 from jet_gym.robot import Robot
 from jet_gym.step import Step
@@ -165,7 +166,7 @@ def _stages(postures: Postures, step: Step, settings: BalanceSettings) -> tuple[
     joint_excess = np.degrees(np.maximum(robot.lower - joints, joints - robot.upper))
     edge_excess = np.degrees(np.abs(postures.edge_angle) - settings.edge_tolerance)
     thrust_excess = np.maximum(postures.thrust - max_thrust, -postures.thrust)
-    x_min, x_max, y_min, y_max = robot.leg("right" if step.swing == "left" else "left").sole_rectangle
+    x_min, x_max, y_min, y_max = robot.leg(opposite(step.swing)).sole_rectangle
     zmp = postures.zmp - np.array(step.support[:2])
     zmp_excess = 1e3 * np.max([x_min - zmp[:, 0], zmp[:, 0] - x_max, y_min - zmp[:, 1], zmp[:, 1] - y_max], axis=0)
     return (

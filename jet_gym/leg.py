@@ -72,6 +72,11 @@ class LegNames:
     fan: str
 
 
+def opposite(side: Side) -> Side:
+    """Return the other side."""
+    return "right" if side == "left" else "left"
+
+
 def jet_hr1_leg(side: Side) -> LegNames:
     """Return the names that a leg of Jet-HR1 has."""
     yaw, roll, pitch, knee, ankle_pitch, ankle_roll = (f"{side}_{joint}" for joint in LEG_JOINTS)

@@ -12,7 +12,7 @@ import numpy as np
 
 from jet_gym.arrays import Array
 from jet_gym.errors import StepError
-from jet_gym.leg import Side, Vector
+from jet_gym.leg import Side, Vector, opposite
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.swing_path import PATH_CHECKS, Arc, arc_of, arc_points, nominal_pelvis
 
@@ -96,7 +96,7 @@ class Step:
     @property
     def nominal_pelvis(self) -> Array:
         """Centre of the first search (3,) [m], see :func:`jet_gym.swing_path.nominal_pelvis`."""
-        hip = self.robot.leg("right" if self.swing == "left" else "left").hip
+        hip = self.robot.leg(opposite(self.swing)).hip
         standing_height = NOMINAL_KNEE_BEND * self.robot.leg_length
         return np.array(nominal_pelvis(self.start, self.support, math.hypot(hip[0], hip[1]), standing_height))
 
@@ -114,7 +114,7 @@ class Step:
 
     def _refuse_overlapping_feet(self) -> None:
         swing_leg = self.robot.leg(self.swing)
-        support_leg = self.robot.leg("right" if self.swing == "left" else "left")
+        support_leg = self.robot.leg(opposite(self.swing))
         arc, checks = self.arc, max(self.points, PATH_CHECKS)
         path = arc_points(arc, np.arange(checks) / (checks - 1))
         support = np.array(self.support)

@@ -22,6 +22,7 @@ import jet_gym  # noqa: F401  (registers the environment)
 from agents import Plan, make_planner
 from jet_gym import Step
 from jet_gym.courses import PAPER
+from jet_gym.leg import opposite
 from jet_gym.posture import evaluate_postures
 from jet_gym.simulation.errors import BulletMissingError
 from jet_gym.task.observation import COMPONENTS
@@ -438,7 +439,7 @@ def test_the_paper_motions_stand_in_physics_with_the_zmp_in_the_foot(make: Any) 
         results = _replay(env, make_planner("gas").plan(step))
         infos = [result[4] for result in results]
         assert infos[-1]["is_success"] is True
-        leg = step.robot.leg("right" if step.swing == "left" else "left")
+        leg = step.robot.leg(opposite(step.swing))
         x_min, x_max, y_min, y_max = leg.sole_rectangle
         zmp = np.array([info["measured_zmp"] for info in infos]) - np.array(step.support[:2])
         assert (zmp >= [x_min, y_min]).all()

@@ -14,6 +14,7 @@ from jet_gym.balance import GRAVITY
 from jet_gym.courses import PAPER
 from jet_gym.joint_torques import static_torques
 from jet_gym.kinematics import forward_kinematics
+from jet_gym.leg import opposite
 from jet_gym.posture import Postures, evaluate_postures
 
 
@@ -48,7 +49,7 @@ def _inverse_dynamics(oracle: Any, swing: str, postures: Postures, index: int) -
     forces = pin.StdVec_Force()
     for _ in range(model.njoints):
         forces.append(pin.Force.Zero())
-    other = "right" if swing == "left" else "left"
+    other = opposite(swing)
     for side, up, place in ((swing, thrust, postures.fan[index]), (other, mass * GRAVITY - thrust, ground)):
         joint = model.getJointId(f"{side}_ankle_roll")
         push = np.array([0.0, 0.0, up])

@@ -15,7 +15,7 @@ from jet_gym.balance import BalanceSettings, stance_of
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, REACH, THRUST, ZMP, violation_names
 from jet_gym.fitness import FitnessSettings
 from jet_gym.kinematics import forward_kinematics
-from jet_gym.leg import Side
+from jet_gym.leg import Side, opposite
 from jet_gym.posture import Postures, evaluate_postures, swing_and_support
 from jet_gym.posture_state import fitness_of_candidates
 from jet_gym.robot import Robot
@@ -72,7 +72,7 @@ def violated(robot: Robot, swing: Side, postures: Postures) -> tuple[dict[int, A
     swing_sole, support = feet(swing)
     axes = pelvis_axes(postures)
     missing = np.full(len(postures.thrust), -np.inf)
-    for side, sole in ((swing, swing_sole), ("right" if swing == "left" else "left", support)):
+    for side, sole in ((swing, swing_sole), (opposite(swing), support)):
         hip = postures.pelvis + axes @ np.array([0.0, 0.1125 if side == "left" else -0.1125, 0.0])
         missing = np.maximum(missing, np.linalg.norm(hip - sole - [0.0, 0.0, 0.06], axis=-1) - 0.4)
     joints = postures.joint_positions

@@ -10,6 +10,7 @@ from jet_gym.arrays import Array
 from jet_gym.balance_space import BalanceSpace
 from jet_gym.figures import style
 from jet_gym.kinematics import forward_kinematics
+from jet_gym.leg import opposite
 from jet_gym.posture import swing_and_support
 from jet_gym.robot import Robot, jet_hr1
 
@@ -193,7 +194,7 @@ def _contours(
 def _draw_support(axes: Axes, space: BalanceSpace, robot: Robot) -> None:
     from matplotlib.patches import Polygon
 
-    color = style.LEG_COLORS["right" if space.swing == "left" else "left"]
+    color = style.LEG_COLORS[opposite(space.swing)]
     axes.add_patch(
         Polygon([(x, y) for x, y in _sole(space, robot)], facecolor=color, edgecolor=style.INK, zorder=4.0)
     )

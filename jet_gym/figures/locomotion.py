@@ -12,6 +12,7 @@ from jet_gym.figures import style
 from jet_gym.figures.scene import Bodies, Scene, bodies_of
 from jet_gym.figures.stereo_view import draw_stereo_view
 from jet_gym.figures.top_view import draw_support_view, draw_top_view
+from jet_gym.leg import opposite
 from jet_gym.plan import Plan
 
 if TYPE_CHECKING:
@@ -87,7 +88,7 @@ def _legend_handles(plan: Plan, scene: Scene) -> list[Artist]:
     from matplotlib.patches import Patch
 
     swing_color = style.LEG_COLORS[plan.step.swing]
-    support_color = style.LEG_COLORS["right" if plan.step.swing == "left" else "left"]
+    support_color = style.LEG_COLORS[opposite(plan.step.swing)]
     handles: list[Artist] = [
         Line2D([], [], color=style.LEG_COLORS[side], label=f"{side} leg, sole and fan", **style.LEG_LINE)
         for side in ("left", "right")

@@ -9,7 +9,7 @@ import numpy as np
 from jet_gym.arrays import Array
 from jet_gym.courses import CARTON_HEIGHT, CARTON_LENGTH, CARTON_WIDTH
 from jet_gym.kinematics import forward_kinematics
-from jet_gym.leg import Leg
+from jet_gym.leg import Leg, opposite
 from jet_gym.plan import Plan
 from jet_gym.step import Step
 
@@ -151,7 +151,7 @@ def cartons_of(step: Step) -> tuple[Carton, ...]:
     feet that stand close overlap.
     """
     ground = min(step.start[2], step.landing[2], step.support[2]) - CARTON_HEIGHT
-    other = step.robot.leg("right" if step.swing == "left" else "left")
+    other = step.robot.leg(opposite(step.swing))
     swing = step.robot.leg(step.swing)
     feet = (("start", step.start, swing), ("support", step.support, other), ("landing", step.landing, swing))
     cartons = []

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from jet_gym.errors import SettingsError
 from jet_gym.files import check_writable, write_whole_with
+from jet_gym.leg import opposite
 from jet_gym.step import Step
 
 if TYPE_CHECKING:
@@ -178,7 +179,7 @@ def describe_step(step: Step) -> tuple[str, str]:
         (upward, "up", "down"),
     )
     moves = [f"{abs(by):.4g} mm {more if by > 0.0 else less}" for by, more, less in ways if abs(by) >= 0.5]
-    other = "right" if step.swing == "left" else "left"
+    other = opposite(step.swing)
     return (
         f"{step.swing.capitalize()} foot steps {' and '.join(moves)}",
         f"from {_millimetres(step.start)} to {_millimetres(step.landing)} mm; "

@@ -10,6 +10,7 @@ import numpy as np
 from jet_gym.arrays import Array
 from jet_gym.figures import style
 from jet_gym.figures.scene import DUCT_RADIUS, Bodies, Scene
+from jet_gym.leg import opposite
 from jet_gym.plan import Plan
 
 if TYPE_CHECKING:
@@ -116,7 +117,7 @@ def _draw_width(axes: Axes, axis: int, near: float, far: float, label: str) -> N
 def _fill_support(axes: Axes, plan: Plan, outline: Array) -> None:
     from matplotlib.patches import Polygon
 
-    color = style.LEG_COLORS["right" if plan.step.swing == "left" else "left"]
+    color = style.LEG_COLORS[opposite(plan.step.swing)]
     corners = [(x, y) for x, y in outline]
     axes.add_patch(Polygon(corners, facecolor="none", edgecolor=color, zorder=2.0, **style.SUPPORT_FILL))
 

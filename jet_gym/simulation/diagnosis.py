@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from jet_gym.arrays import Array
-from jet_gym.leg import SIDES, Side
+from jet_gym.leg import SIDES, Side, opposite
 from jet_gym.plan import Plan
 from jet_gym.robot import Robot
 from jet_gym.simulation.double_support import soles_after
@@ -179,7 +179,7 @@ def _explain_landing(robot: Robot, series: Series, landing: Landing) -> tuple[st
     time = series["time"]
     window = (time >= landing.time - _BEFORE) & (time <= landing.time)
     swing = landing.side
-    support: Side = "right" if swing == "left" else "left"
+    support = opposite(swing)
     cause, how = _what_gave_way(robot, series, window, support, swing)
     sentence = (
         f"the {swing} foot touched down {1e3 * landing.distance:.0f} mm from its place "

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.arrays import Array
+from jet_gym.leg import opposite
 from jet_gym.simulation.camera import Camera
 from jet_gym.step import Step
 
@@ -82,7 +83,7 @@ class Overlay:
             zmp_margin: Distance that planning keeps between ZMP and the sole's edge [m].
             center_of_mass: See the class, and so on.
         """
-        x_min, x_max, y_min, y_max = step.robot.leg("right" if step.swing == "left" else "left").sole_rectangle
+        x_min, x_max, y_min, y_max = step.robot.leg(opposite(step.swing)).sole_rectangle
 
         def rectangle(margin: float) -> Array:
             low_x, high_x, low_y, high_y = x_min + margin, x_max - margin, y_min + margin, y_max - margin

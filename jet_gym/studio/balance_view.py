@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.figures.style import ACHIEVED_COLOR, INK, LEG_COLORS, LIMIT_COLOR, THRUST_COLOR
+from jet_gym.leg import opposite
 from jet_gym.step import Step
 from jet_gym.studio.colors import rgb
 from jet_gym.studio.motion import Pose
@@ -99,14 +100,14 @@ class BalanceView:
         )
         self._step: Step | None = None
         self._support_height = 0.0
-        self._edge_tolerance = math.radians(5.0)
+        self._edge_tolerance = BalanceSettings.edge_tolerance
 
     def show(self, step: Step, settings: BalanceSettings) -> None:
         """Draw the support rectangle and its margin under the support foot of a step."""
         self._step, self._edge_tolerance = step, settings.edge_tolerance
         self._support_height = step.support[2]
-        side = "right" if step.swing == "left" else "left"
-        rectangle = np.array(step.robot.leg("left" if side == "left" else "right").sole_rectangle)
+        side = opposite(step.swing)
+        rectangle = np.array(step.robot.leg(side).sole_rectangle)
         for handle, margin in ((self._sole, 0.0), (self._margin, settings.zmp_margin)):
             handle.points = _outline(rectangle + margin * np.array([1, -1, 1, -1]), step.support, _ON_FOOT)
             handle.colors = np.array(rgb(LEG_COLORS[side]))

@@ -7,13 +7,14 @@ import numpy as np
 from jet_gym.arrays import Array
 from jet_gym.constraints import CONSTRAINT_NAMES, SEARCH_RANGE
 from jet_gym.fitness import FitnessSettings, fitness_of_postures
+from jet_gym.leg import opposite
 from jet_gym.plan import Plan
 from jet_gym.step import Step
 
 
 def zmp_margin(step: Step, zmp: Array) -> Array:
     """Return how far ZMPs (N, 2) are from the nearest edge of the support sole (N,) [m]; negative outside."""
-    leg = step.robot.leg("right" if step.swing == "left" else "left")
+    leg = step.robot.leg(opposite(step.swing))
     x_min, x_max, y_min, y_max = leg.sole_rectangle
     x, y = (zmp - np.array(step.support[:2])).T
     margin: Array = np.min([x - x_min, x_max - x, y - y_min, y_max - y], axis=0)

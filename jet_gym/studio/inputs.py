@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -56,9 +55,9 @@ class Inputs:
     start: Vector
     landing: Vector
     support: Vector
-    apex: float = 0.08
-    points: int = 30
-    duration: float = 10.0
+    apex: float = Step.apex
+    points: int = Step.points
+    duration: float = Step.duration
     planner: str = "gas"
     rival: str | None = None
     seed: int = 0
@@ -66,7 +65,7 @@ class Inputs:
     smoothness_weight: float = FitnessSettings.smoothness_weight
     zmp_margin: float = BalanceSettings.zmp_margin
     max_thrust: float | None = None
-    edge_tolerance: float = math.radians(5.0)
+    edge_tolerance: float = BalanceSettings.edge_tolerance
     robot: Robot | None = None
     models: tuple[OwnModel, ...] = ()
 
@@ -99,15 +98,13 @@ class Inputs:
         if foot not in FEET:
             raise ValueError(f"a foot is one of {', '.join(FEET)}, not {foot!r}")
         x, y, z = (float(value) for value in position)
-        return {
-            "start": replace(self, start=(x, y, z)),
-            "landing": replace(self, landing=(x, y, z)),
-            "support": replace(self, support=(x, y, z)),
-        }[foot]
+        there: dict[str, Any] = {foot: (x, y, z)}
+        return replace(self, **there)
 
     def position(self, foot: str) -> Vector:
         """Return where a foot of :data:`FEET` is [m]."""
-        return {"start": self.start, "landing": self.landing, "support": self.support}[foot]
+        position: Vector = getattr(self, foot)
+        return position
 
     @property
     def step(self) -> Step:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING, Any, Protocol
 
+from jet_gym.leg import opposite
 from jet_gym.studio.controls import hint, on_click, on_update
 from jet_gym.studio.inputs import FEET, MOTIONS, Inputs
 from jet_gym.studio.planner_panel import PlannerController, PlannerPanel
@@ -174,7 +175,7 @@ def mirrored(inputs: Inputs) -> Inputs:
     other = {foot: (p[0], -p[1], p[2]) for foot in FEET for p in [inputs.position(foot)]}
     return replace(
         inputs,
-        swing="right" if inputs.swing == "left" else "left",
+        swing=opposite(inputs.swing),
         start=other["start"],
         landing=other["landing"],
         support=other["support"],
