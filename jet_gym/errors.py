@@ -71,8 +71,8 @@ def require_whole(name: str, value: object, least: int, most: int | None = None)
     Raises:
         SettingsError: With a sentence that names the setting and what it may be.
     """
-    whole = isinstance(value, int) and not isinstance(value, bool)
-    if whole and least <= value and (most is None or value <= most):
+    highest = math.inf if most is None else most
+    if isinstance(value, int) and not isinstance(value, bool) and least <= value <= highest:
         return
     allowed = f"of {least} or more" if most is None else f"from {least} to {most}"
     raise SettingsError(f"{name} must be a whole number {allowed}, not {value!r}")
