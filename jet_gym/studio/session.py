@@ -30,8 +30,8 @@ from jet_gym.studio.table import comparison_table
 if TYPE_CHECKING:
     from viser import ClientHandle
 
+    from jet_gym.arrays import Array
     from jet_gym.leg import Vector
-    from jet_gym.urdf import Array
 
 _FIRST_SHOWN = 0.72  # share of the step's time that a page shows at first
 
