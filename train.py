@@ -43,6 +43,7 @@ from agents.training.callbacks import MODEL, Curriculum, Validate
 from agents.training.imitation import Imitation, ImitationSettings
 from agents.training.run_folder import describe_run, write_json
 from agents.training.scaling import observation_scale
+from agents.training.schedule import Geometric
 from agents.training.validation import TEST_SEED, VALIDATION_SEED, Score, StepSet
 from agents.training.vec_env import StepVecEnv
 from jet_gym.envs.choices import ChooseThrust
@@ -242,7 +243,7 @@ def _fresh_model(settings: TrainSettings, envs: VecEnv) -> PPO:
         n_steps=settings.rollout,
         batch_size=settings.batch_size,
         n_epochs=settings.epochs,
-        learning_rate=_Falling(*settings.learning_rates),
+        learning_rate=Geometric(*settings.learning_rates),
         gamma=settings.gamma,
         gae_lambda=settings.gae_lambda,
         target_kl=settings.target_kl,
@@ -288,17 +289,6 @@ def _judge(folder: Path, settings: TrainSettings) -> Score:
     console.print(f"test, refined policy:    {refined}")
     console.print(f"{folder / 'best'} holds the policy")
     return score
-
-
-class _Falling:
-    """A learning rate that falls geometrically."""
-
-    def __init__(self, first: float, last: float) -> None:
-        self.first, self.last = first, last
-
-    def __call__(self, remaining: float) -> float:
-        """Return the rate when this share of the training remains."""
-        return self.first * (self.last / self.first) ** (1.0 - remaining)
 
 
 def _new_folder(seed: int) -> Path:

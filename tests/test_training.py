@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import base64
 import json
+import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +21,12 @@ from stable_baselines3.common.monitor import Monitor
 
 import jet_gym  # noqa: F401
 from agents import make_planner
-from agents.policy import PolicyPlanner, load_policy
+from agents.policy import SHIPPED_POLICY, PolicyPlanner, load_policy
 from agents.sb3_policy import ThrustPolicy, network_of
 from agents.training.callbacks import Curriculum
 from agents.training.imitation import Imitation, ImitationSettings, expert_path
 from agents.training.scaling import observation_scale
+from agents.training.ship import best_run
 from agents.training.validation import TEST_SEED, VALIDATION_SEED, StepSet, drawn_steps
 from agents.training.vec_env import StepVecEnv
 from jet_gym.cli import cli
@@ -277,6 +281,30 @@ def test_train_from_nothing_to_a_judged_policy_and_on_again(tmp_path: Path) -> N
     assert load_policy(again / "checkpoint" / "policy.npz").sha256 == (
         load_policy(folder / "checkpoint" / "policy.npz").sha256
     )
+
+
+def test_a_model_holds_its_schedule_by_name_and_not_train_py_itself(tmp_path: Path) -> None:
+    """What ``__main__`` defines is pickled whole, with the path of its file."""
+    assert train(*TINY, "--output", str(tmp_path / "run")) == 0
+    with zipfile.ZipFile(tmp_path / "run" / "best" / "model.zip") as archive:
+        data = json.loads(archive.read("data"))
+    pickled = [
+        base64.b64decode(value[":serialized:"])
+        for value in data.values()
+        if isinstance(value, dict) and ":serialized:" in value
+    ]
+    assert any(b"agents.training.schedule" in found for found in pickled)
+    assert not any(b"train.py" in found or b"_Falling" in found for found in pickled)
+
+
+def test_the_best_of_several_runs_is_that_of_least_cost(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    worse, better = tmp_path / "worse", tmp_path / "better"
+    assert train(*TINY, "--output", str(worse)) == 0
+    (better / "best").mkdir(parents=True)
+    shutil.copyfile(SHIPPED_POLICY, better / "best" / "policy.npz")
+    assert best_run([worse, better], 10) == best_run([better, worse], 10) == better
+    assert best_run([worse], 10) == worse
+    assert "of points violated" in capsys.readouterr().out
 
 
 def test_bullet_fine_tunes_from_a_model(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from agents.network import PolicyNetwork
 from agents.sb3_policy import network_of
 from agents.training.run_folder import write_json
+from agents.training.schedule import Geometric
 from agents.training.validation import Score, StepSet
 from agents.training.vec_env import StepVecEnv
 from jet_gym.files import write_whole_with
@@ -69,8 +70,7 @@ class Curriculum(BaseCallback):
     def _on_rollout_start(self) -> None:
         policy: Any = self.model.policy
         share = min(self.num_timesteps / self._steps, 1.0)
-        first, last = self._deviations
-        deviation = first * (last / first) ** share
+        deviation = Geometric(*self._deviations)(1.0 - share)
         policy.log_std.requires_grad_(False)
         policy.log_std.data.fill_(math.log(deviation))
         self.logger.record("train/deviation", deviation)
