@@ -44,7 +44,7 @@ endurance: .venv/full.installed  ## ten thousand simulated episodes: memory, num
 	@$(BIN)/python -m benchmarks.endurance
 
 fuzz: .venv/full.installed  ## damaged files and arbitrary arguments, for a quarter of an hour
-	@JET_GYM_FUZZ=40 $(BIN)/python -m pytest tests/test_fuzz_files.py tests/test_fuzz_commands.py
+	@JET_GYM_FUZZ=40 $(BIN)/python -m pytest tests/test_fuzz_files.py tests/test_fuzz_robots.py tests/test_fuzz_commands.py
 
 mutate: .venv/full.installed  ## mutants of the mathematics against its tests, in a copy of the source; hours
 	@$(PIP) --quiet cosmic-ray
