@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import gymnasium as gym
 import hypothesis
 import numpy as np
 import pytest
@@ -200,6 +201,20 @@ def bullet_robot(robot: Robot, bullet_client: Any) -> BulletRobot:
 def oracle(request: pytest.FixtureRequest) -> Oracle:
     """Jet-HR1 in a library that is not ours, one after the other."""
     return request.getfixturevalue({"pinocchio": "pinocchio_robot", "pybullet": "bullet_robot"}[request.param])
+
+
+@pytest.fixture
+def make_env() -> Iterator[Callable[..., gym.Env[Any, Any]]]:
+    """Make environments that are closed after the test."""
+    made: list[gym.Env[Any, Any]] = []
+
+    def make(**options: Any) -> gym.Env[Any, Any]:
+        made.append(gym.make("JetHR1Step-v0", **options))
+        return made[-1]
+
+    yield make
+    for env in made:
+        env.close()
 
 
 @pytest.fixture(scope="session")

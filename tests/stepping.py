@@ -1,9 +1,11 @@
-"""How tests let a robot step in a world, and what they read of it."""
+"""How tests let a robot step, in a world and in an environment, and what they read of it."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
+import gymnasium as gym
 import numpy as np
 
 from jet_gym import Step
@@ -75,3 +77,14 @@ def energy(world: World) -> float:
 
 def replace_thrust(plan: Plan, thrust: float) -> Plan:
     return replace(plan, thrust=np.full(len(plan.time), thrust))
+
+
+def replay(env: gym.Env[Any, Any], plan: Plan) -> list[tuple[Any, float, bool, bool, dict[str, Any]]]:
+    """Take the plan's postures as actions."""
+    env.reset(seed=0, options={"step": plan.step})
+    results = []
+    for pelvis in plan.pelvis:
+        results.append(env.step(env.unwrapped.action_to(pelvis)))  # type: ignore[attr-defined]
+        if results[-1][2]:
+            break
+    return results

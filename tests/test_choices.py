@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from agents import make_planner
+from jet_gym import jet_hr1
 from jet_gym.arrays import Array
 from jet_gym.constraints import EDGE_POLYGON, REACH, THRUST, ZMP
 from jet_gym.envs.choices import ChooseThrust
@@ -19,7 +20,7 @@ from jet_gym.task.model import default_task
 from jet_gym.task.observation import HIGH, LOW
 from jet_gym.task.transition import Transition
 
-COUNT, MAX_THRUST = 40, 23.0
+COUNT, MAX_THRUST = 40, jet_hr1().max_thrust
 
 
 class OnThePathOfGas:

@@ -52,7 +52,8 @@ def test_an_outer_fan_needs_less_thrust_to_the_side(robot: Robot) -> None:
 
 
 def test_more_thrust_crosses_a_wider_ditch(robot: Robot) -> None:
-    weak, strong = (greatest_ditch(robot, BalanceSettings(max_thrust=thrust), (0,)) for thrust in (12.0, 23.0))
+    thrusts = (0.5 * robot.max_thrust, robot.max_thrust)
+    weak, strong = (greatest_ditch(robot, BalanceSettings(max_thrust=thrust), (0,)) for thrust in thrusts)
     assert 0.0 < weak < strong
     assert strong >= 0.45
     assert math.isnan(greatest_ditch(robot, BalanceSettings(max_thrust=0.0), (0,)))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from agents import make_planner
-from jet_gym import Step
+from jet_gym import Step, jet_hr1
 from jet_gym.balance import BalanceSettings
 from jet_gym.courses import PAPER
 from jet_gym.errors import InfeasibleStepError
@@ -34,7 +34,7 @@ def test_a_landing_beyond_both_legs_is_out_of_reach_by_what_is_missing() -> None
 def test_a_wide_landing_takes_more_thrust_than_the_fan_has() -> None:
     finding = diagnose(_sideways(0.8), points=[9])[0]
     assert (finding.constraint, finding.unit) == ("thrust", "N")
-    stronger = BalanceSettings(max_thrust=23.0 + finding.shortfall + 0.5)
+    stronger = BalanceSettings(max_thrust=jet_hr1().max_thrust + finding.shortfall + 0.5)
     assert diagnose(_sideways(0.8), stronger, points=[9]) == []
 
 

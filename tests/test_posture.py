@@ -9,23 +9,22 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from jet_gym import load_robot
+from jet_gym import jet_hr1, load_robot
 from jet_gym.arrays import Array
-from jet_gym.balance import BalanceSettings, stance_of
+from jet_gym.balance import GRAVITY, BalanceSettings, stance_of
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, REACH, THRUST, ZMP, violation_names
 from jet_gym.fitness import FitnessSettings
 from jet_gym.kinematics import forward_kinematics
-from jet_gym.leg import Side, opposite
+from jet_gym.leg import SIDES, Side, opposite
 from jet_gym.posture import Postures, evaluate_postures, swing_and_support
 from jet_gym.posture_state import fitness_of_candidates
 from jet_gym.robot import Robot
 
-SIDES: tuple[Side, Side] = ("left", "right")
 MODELS = ("assigned", "least")
 MIRROR = np.array([1.0, -1.0, 1.0])
 MIRRORED_JOINTS = np.array([-1.0, -1.0, 1.0, 1.0, 1.0, -1.0])
 SOLE = (-0.07, 0.10, -0.05, 0.05)  # [m]
-MAX_THRUST, WEIGHT, EDGE = 23.0, 6.8 * 9.81, math.radians(5.0)
+MAX_THRUST, WEIGHT, EDGE = jet_hr1().max_thrust, jet_hr1().mass * GRAVITY, BalanceSettings.edge_tolerance
 
 by_swing = pytest.mark.parametrize("swing", SIDES)
 by_model = pytest.mark.parametrize("model", MODELS)

@@ -111,7 +111,8 @@ class TestRepeatability:
         trace(world, forward_plan, 3)
         begin(world, forward_plan)
         world.hold(1.0, stop_on_fall=False)
-        world.advance(side_plan.joint_positions[40], 23.0, 0.3, stop_on_fall=False)  # throws it over
+        posture, thrust = side_plan.joint_positions[40], world.robot.max_thrust  # which throw it over
+        world.advance(posture, thrust, 0.3, stop_on_fall=False)
         world.hold(1.0, stop_on_fall=False)
         begin(world, side_plan, point=59)
         world.next_step(forward_plan.step)  # gives the cartons other parts to play
