@@ -207,7 +207,7 @@ def _evolve(
 
 @inlined
 def _decode(chromosomes: Chromosomes, centre: Vector, half_range: float, candidates: Array) -> None:
-    """Turn chromosomes into positions, eq. (14)."""
+    """Turn chromosomes into positions, eq. (14): a gene of ten bits leads from one end of the cube to the other."""
     for i in range(len(chromosomes)):
         for axis in range(3):
             gene = (chromosomes[i] >> (_GENE_BITS * (2 - axis))) & _GENE_MAX

@@ -112,11 +112,15 @@ class Stance(NamedTuple):
 def stance_of(
     swing_leg: Leg, support_leg: Leg, side: float, zmp_margin: float, swing_sole: Vector, support_sole: Vector
 ) -> Stance:
-    """Describe a swing point; ``side`` is +1 where the left leg swings and -1 where the right one does.
+    r"""Describe a swing point; ``side`` is +1 where the left leg swings and -1 where the right one does.
 
-    The assigned ZMP lies where the ray from the support ankle's projection towards the fan's leaves the
-    support rectangle shrunk by the margin. The pelvis' yaw, eq. (4), turns the hip line along the line from
-    the assigned ZMP to the fan; zero is the hip line along y.
+    The assigned ZMP :math:`Z` lies where the ray from the support ankle's projection towards the fan's,
+    :math:`P_T`, leaves the support rectangle shrunk by the margin. The pelvis' yaw, eq. (4), turns the hip line
+    along the line from there to the fan,
+
+    .. math:: \gamma = \mathrm{atan2}(P_{T,y} - Z_y, P_{T,x} - Z_x)
+
+    less a right angle, so that zero is the hip line along y.
     """
     swing_ankle = (
         swing_sole[0] - swing_leg.sole[0],
@@ -152,10 +156,14 @@ def stance_of(
 
 @inlined
 def assigned_thrust(weight: float, com_x: float, com_y: float, fan: Point, zmp: Point) -> float:
-    """Return the thrust [N] that puts the ZMP at ``zmp``, as far as one force can.
+    r"""Return the thrust [N] that puts the ZMP at ``zmp``, as far as one force can.
 
-    Eqs (1) and (2) are two equations for one unknown; this is their projection on the line from ZMP to fan,
-    exact if the centre of mass lies on that line. Negative if the centre of mass lies on the far side.
+    Eqs (1) and (2) are two equations for one unknown; this is their projection on the line from the ZMP
+    :math:`Z` to the fan :math:`P_T`, exact if the centre of mass :math:`C` lies on that line:
+
+    .. math:: F = M g \frac{(C - Z) \cdot (P_T - Z)}{|P_T - Z|^2}
+
+    Negative if the centre of mass lies on the far side.
     """
     ux, uy = fan[0] - zmp[0], fan[1] - zmp[1]
     along = (com_x - zmp[0]) * ux + (com_y - zmp[1]) * uy
@@ -164,12 +172,16 @@ def assigned_thrust(weight: float, com_x: float, com_y: float, fan: Point, zmp: 
 
 @inlined
 def least_thrust(weight: float, com_x: float, com_y: float, fan: Point, support: Rectangle, margin: float) -> float:
-    """Return the smallest thrust [N] that brings the ZMP into the support rectangle shrunk by the margin.
+    r"""Return the smallest thrust [N] that brings the ZMP into the support rectangle shrunk by the margin.
 
-    The ZMP moves on the ray ``CoM + s (CoM - P_T)`` with ``s = F / (Mg - F)``: the ray is clipped against
-    the rectangle, and the thrust is that of its entry. Where it never enters, the thrust is that of its last
-    entry into one of the two strips whose crossing the rectangle is, ``Mg`` if there is none, and the ZMP
-    stays outside, which eq. (11) then tells.
+    As the thrust grows, the ZMP leaves the centre of mass :math:`C` along the line away from the fan
+    :math:`P_T`:
+
+    .. math:: Z = C + s (C - P_T), \qquad s = \frac{F}{M g - F}
+
+    This ray is clipped against the rectangle, and the thrust is that of its entry. Where it never enters, the
+    thrust is that of its last entry into one of the two strips whose crossing the rectangle is, ``Mg`` if there is
+    none, and the ZMP stays outside, which eq. (11) then tells.
     """
     entry_x = _strip_entry(com_x, com_x - fan[0], support[0] + margin, support[1] - margin)
     entry_y = _strip_entry(com_y, com_y - fan[1], support[2] + margin, support[3] - margin)
@@ -187,7 +199,12 @@ def _strip_entry(start: float, direction: float, low: float, high: float) -> flo
 
 @inlined
 def zmp_of(weight: float, com_x: float, com_y: float, fan: Point, thrust: float) -> Point:
-    """Return the zero-moment point [m] under a thrust [N], eqs (1) and (2)."""
+    r"""Return the zero-moment point [m] under a thrust [N], eqs (1) and (2).
+
+    About it weight, at the centre of mass :math:`C`, and thrust, at the fan :math:`P_T`, have no moment:
+
+    .. math:: Z = \frac{M g C - F P_T}{M g - F}
+    """
     ground_force = weight - thrust
     ground_force = ground_force if abs(ground_force) > 1e-9 * weight else 1e-9 * weight
     return (weight * com_x - thrust * fan[0]) / ground_force, (weight * com_y - thrust * fan[1]) / ground_force
@@ -208,7 +225,13 @@ def edge_vectors(stance: Stance, com_x: float, com_y: float) -> tuple[float, flo
 
 @inlined
 def within_edge_polygon(edge_slope: float, sine: float, cosine: float, length_squared: float) -> bool:
-    """Tell whether eq. (10) holds; it does where the centre of mass is at the assigned ZMP."""
+    r"""Tell whether the centre of mass is in the edge polygon, eq. (10).
+
+    .. math:: |\theta_{ZC} - \theta_{CA}| \leq \rho
+
+    in sines and cosines, as :func:`edge_vectors` returns them. Where the centre of mass is at the assigned ZMP
+    there is no angle, and it is.
+    """
     inside = (cosine >= 0.0) & (abs(sine) <= edge_slope * cosine)
     return inside | edge_undefined(length_squared)
 

@@ -63,7 +63,14 @@ class FitnessParameters(NamedTuple):
 def fitness_terms(
     parameters: FitnessParameters, violations: int, thrust: float, moved_squared: float
 ) -> tuple[float, float, float, float]:
-    """Return f1 to f4 of eqs (16) to (22); the fitness, eq. (15), is their sum.
+    r"""Return f1 to f4 of eqs (16) to (22); the fitness, eq. (15), is their sum.
+
+    Where the joint limits, eq. (8), or the edge polygon, eq. (10), fail, f1 and f2 are their penalties, else zero.
+    Of the pelvis :math:`P_k` and the thrust :math:`F`
+
+    .. math:: f_3 = \omega |P_k - P_{k-1}|^2, \qquad f_4 = C_{4,2} F
+
+    or f4 is the penalty of the thrust's limits, eq. (9).
 
     Args:
         parameters: Weights and penalties.
