@@ -77,7 +77,22 @@ COMPONENTS = (
 )
 """Components of the observation, in order; the environment's documentation says what they mean."""
 
-FIRST_POINT, OBSERVED_PELVIS, OBSERVED_SWING_SOLE = 1, 2, 5  # where these components begin
+
+def _place_of(name: str) -> int:
+    """Return where a component stands in the observation."""
+    return [component.name for component in COMPONENTS].index(name)
+
+
+# Where the components are; of those with axes where the first is.
+_PROGRESS, FIRST_POINT = _place_of("progress"), _place_of("first_point")
+OBSERVED_PELVIS, OBSERVED_SWING_SOLE = _place_of("pelvis_x"), _place_of("swing_sole_x")
+_ONE_AHEAD, _THREE_AHEAD = _place_of("one_point_ahead_x"), _place_of("three_points_ahead_x")
+_OBSERVED_LANDING, _OBSERVED_COM = _place_of("landing_x"), _place_of("com_if_staying_x")
+_OBSERVED_THRUST, _OBSERVED_EDGE_ANGLE = _place_of("thrust_if_staying"), _place_of("edge_angle_if_staying")
+_SWING_EXTENSION, _SUPPORT_EXTENSION = _place_of("swing_leg_extension"), _place_of("support_leg_extension")
+_POINTS_TO_GO, _LAST_THRUST = _place_of("points_to_go"), _place_of("last_thrust")
+_FROM_ZMP, _TO_LINE = _place_of("com_from_zmp_if_staying_x"), _place_of("com_to_line_if_staying_x")
+_ROLL, _PITCH = _place_of("roll"), _place_of("pitch")
 
 LOW = np.array([component.low for component in COMPONENTS], dtype=np.float32)
 HIGH = np.array([component.high for component in COMPONENTS], dtype=np.float32)
@@ -126,14 +141,14 @@ def _observe_path(lane: Array, side: float, row: Array) -> Vector:
     point = min(lane[POINT], last)
     support = three(lane, SUPPORT)
     sole = swing_sole(lane, point / last)
-    row[0] = point / last
-    row[1] = 1.0 if lane[POINT] == 0.0 else 0.0
-    _write(row, 2, three(lane, PELVIS), support, side, 1.0, _POSITION)
-    _write(row, 5, sole, support, side, 1.0, _POSITION)
-    _write(row, 8, swing_sole(lane, (point + 1.0) / last), sole, side, _AHEAD, 10.0)
-    _write(row, 11, swing_sole(lane, (point + 3.0) / last), sole, side, _AHEAD, 10.0)
-    _write(row, 14, three(lane, LANDING), support, side, 1.0, _POSITION)
-    row[23] = min((last - point) / _POINTS_UNIT, 10.0)
+    row[_PROGRESS] = point / last
+    row[FIRST_POINT] = 1.0 if lane[POINT] == 0.0 else 0.0
+    _write(row, OBSERVED_PELVIS, three(lane, PELVIS), support, side, 1.0, _POSITION)
+    _write(row, OBSERVED_SWING_SOLE, sole, support, side, 1.0, _POSITION)
+    _write(row, _ONE_AHEAD, swing_sole(lane, (point + 1.0) / last), sole, side, _AHEAD, 10.0)
+    _write(row, _THREE_AHEAD, swing_sole(lane, (point + 3.0) / last), sole, side, _AHEAD, 10.0)
+    _write(row, _OBSERVED_LANDING, three(lane, LANDING), support, side, 1.0, _POSITION)
+    row[_POINTS_TO_GO] = min((last - point) / _POINTS_UNIT, 10.0)
     return sole
 
 
@@ -149,11 +164,11 @@ def _observe_robot(
 ) -> None:
     """Write how far the legs stretch, the last thrust and how the pelvis is inclined."""
     pelvis = three(lane, PELVIS)
-    row[21] = _extension(swing_leg, pelvis, stance.cos_yaw, stance.sin_yaw, stance.swing_ankle)
-    row[22] = _extension(support_leg, pelvis, stance.cos_yaw, stance.sin_yaw, stance.support_ankle)
-    row[24] = min(max(lane[THRUST] / balance.max_thrust, 0.0), 1.0)
-    row[29] = _clip(side * lane[ATTITUDE], math.pi)
-    row[30] = _clip(lane[ATTITUDE + 1], math.pi)
+    row[_SWING_EXTENSION] = _extension(swing_leg, pelvis, stance.cos_yaw, stance.sin_yaw, stance.swing_ankle)
+    row[_SUPPORT_EXTENSION] = _extension(support_leg, pelvis, stance.cos_yaw, stance.sin_yaw, stance.support_ankle)
+    row[_LAST_THRUST] = min(max(lane[THRUST] / balance.max_thrust, 0.0), 1.0)
+    row[_ROLL] = _clip(side * lane[ATTITUDE], math.pi)
+    row[_PITCH] = _clip(lane[ATTITUDE + 1], math.pi)
 
 
 @inlined
@@ -163,21 +178,21 @@ def _observe_balance(
     """Write what the balance would be if the pelvis stayed."""
     edge_tolerance = math.atan(balance.edge_slope)
     for i in range(BLOCK):
-        rows[17, i] = _clip(found[COM, i] - state[SUPPORT, i], _POSITION)
-        rows[18, i] = _clip(side * (found[COM + 1, i] - state[SUPPORT + 1, i]), _POSITION)
-        rows[19, i] = _clip(found[FOUND_THRUST, i] / balance.max_thrust, 3.0)
+        rows[_OBSERVED_COM, i] = _clip(found[COM, i] - state[SUPPORT, i], _POSITION)
+        rows[_OBSERVED_COM + 1, i] = _clip(side * (found[COM + 1, i] - state[SUPPORT + 1, i]), _POSITION)
+        rows[_OBSERVED_THRUST, i] = _clip(found[FOUND_THRUST, i] / balance.max_thrust, 3.0)
         edge_angle = arctangent(found[EDGE, i], found[EDGE + 1, i])
         edge_angle = 0.0 if edge_undefined(found[EDGE + 2, i]) else edge_angle
-        rows[20, i] = _clip(side * edge_angle / edge_tolerance, 10.0)
+        rows[_OBSERVED_EDGE_ANGLE, i] = _clip(side * edge_angle / edge_tolerance, 10.0)
         stance = stance_in(given, i)
         zmp_x, zmp_y = stance.assigned_zmp
         line_x, line_y = stance.swing_ankle[0] - zmp_x, stance.swing_ankle[1] - zmp_y
         from_zmp_x, from_zmp_y = found[COM, i] - zmp_x, found[COM + 1, i] - zmp_y
         along = (from_zmp_x * line_x + from_zmp_y * line_y) / max(line_x * line_x + line_y * line_y, 1e-9)
-        rows[25, i] = _clip(from_zmp_x / _OFFSET, _MOST_OFFSET)
-        rows[26, i] = _clip(side * from_zmp_y / _OFFSET, _MOST_OFFSET)
-        rows[27, i] = _clip((along * line_x - from_zmp_x) / _OFFSET, _MOST_OFFSET)
-        rows[28, i] = _clip(side * (along * line_y - from_zmp_y) / _OFFSET, _MOST_OFFSET)
+        rows[_FROM_ZMP, i] = _clip(from_zmp_x / _OFFSET, _MOST_OFFSET)
+        rows[_FROM_ZMP + 1, i] = _clip(side * from_zmp_y / _OFFSET, _MOST_OFFSET)
+        rows[_TO_LINE, i] = _clip((along * line_x - from_zmp_x) / _OFFSET, _MOST_OFFSET)
+        rows[_TO_LINE + 1, i] = _clip(side * (along * line_y - from_zmp_y) / _OFFSET, _MOST_OFFSET)
 
 
 @inlined
