@@ -29,6 +29,7 @@ from jet_gym.errors import SettingsError, require_whole
 from jet_gym.fitness import FitnessSettings
 from jet_gym.interrupts import call_in_worker
 from jet_gym.plan import Plan
+from jet_gym.progress import Progress
 from jet_gym.statistics import STATISTICS, Interval, bootstrap_steps, improvement
 from jet_gym.step import Step
 
@@ -54,8 +55,6 @@ FIGURES = {
 
 ``falls`` and ``zmp_margin`` with physics only, ``ms_per_point_in_batch`` of planners that plan many steps at once.
 """
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from agents.optimal import OptimalPlanner, OptimalSettings
 from agents.planner import Planner, make_planner
 from jet_gym.errors import JetGymError
 from jet_gym.plan import Plan
+from jet_gym.progress import Progress
 from jet_gym.step import Step
 
 NAMESPACE = "jet_hr1"
@@ -43,7 +44,7 @@ def make_datasets(
     steps: int,
     seed: int,
     output: str | Path,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> list[Path]:
     """Write a dataset for each planner, all of them or none.
 

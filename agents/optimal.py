@@ -31,12 +31,13 @@ from agents.barrier import bring_inside, polish, shares_of_mu
 from agents.genetic import GaPlanner, GasPlanner
 from agents.lattice import Lattices, accumulate, make_lattices, trace_back
 from agents.path_cost import FAR, cost_of_path, search_of_step
-from agents.planner import Planner, Progress
+from agents.planner import Planner
 from agents.refinement import RefinementSettings, refine_path, violates
 from agents.relaxation import reach_boxes, with_wider_joints
 from jet_gym.arrays import Array
 from jet_gym.errors import require_seed, require_whole, require_within
 from jet_gym.plan import Plan
+from jet_gym.progress import Progress
 from jet_gym.step import Step
 
 _INSIDE = 1e-7  # [m] that lattices keep from the edges of the search ranges, so that a path can be polished

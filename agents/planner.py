@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from time import perf_counter
 from typing import Any, ClassVar
@@ -16,10 +16,8 @@ from jet_gym.balance import BalanceSettings
 from jet_gym.errors import SettingsError, require_seed
 from jet_gym.fitness import FitnessSettings
 from jet_gym.plan import Plan
+from jet_gym.progress import Progress
 from jet_gym.step import Step
-
-Progress = Callable[[int, int], None]
-"""Called after each swing point with how many are done and how many there are."""
 
 PLANNERS = {
     "gas": "agents.genetic:GasPlanner",

@@ -21,11 +21,12 @@ from threadpoolctl import ThreadpoolController
 from agents.genetic import GasPlanner
 from agents.network import PolicyNetwork
 from agents.path_cost import search_of_step
-from agents.planner import BatchPlanner, Progress
+from agents.planner import BatchPlanner
 from agents.refinement import RefinementSettings, refine_path, violates
 from jet_gym.arrays import Array
 from jet_gym.errors import PolicyFileError, SettingsError, require_seed
 from jet_gym.plan import Plan
+from jet_gym.progress import Progress
 from jet_gym.step import Step
 from jet_gym.task.drawing import LEAST_POINTS, MOST_POINTS
 

@@ -14,7 +14,6 @@ the ground's force against the joints' limits of effort, which no paper shows.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -29,6 +28,7 @@ from jet_gym.errors import require_within
 from jet_gym.files import read_arrays, write_whole_with
 from jet_gym.leg import Side, Six, Vector
 from jet_gym.posture import swing_and_support
+from jet_gym.progress import Progress
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.step import Step
 from jet_gym.threads import for_each
@@ -185,7 +185,7 @@ def compute_balance_space(
     swing: Side = "left",
     lowest: float = 0.0,
     threads: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> BalanceSpace:
     """Find the balance space by exhaustion; the work grows with the sixth power of 1/resolution.
 

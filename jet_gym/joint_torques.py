@@ -16,7 +16,7 @@ from jet_gym.arrays import Array
 from jet_gym.balance import GRAVITY, Point
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.kinematics import turned_pitch
-from jet_gym.leg import Leg, Side, Six
+from jet_gym.leg import SIDES, Leg, Side, Six
 from jet_gym.posture import Postures
 from jet_gym.robot import Robot
 
@@ -38,7 +38,7 @@ def static_torques(robot: Robot, swing: Side, postures: Postures) -> Array:
     thrust = postures.thrust.reshape(-1)
     yaw = postures.pelvis_yaw.reshape(-1)
     cosine, sine = np.cos(yaw), np.sin(yaw)
-    for index, side in enumerate(("left", "right")):
+    for index, side in enumerate(SIDES):
         on_swing_foot = side == swing
         force = thrust if on_swing_foot else robot.mass * GRAVITY - thrust
         place = postures.fan[..., :2] if on_swing_foot else postures.zmp

@@ -19,7 +19,7 @@ import numpy as np
 from jet_gym.arrays import Array
 from jet_gym.errors import RobotError
 from jet_gym.fans_and_servos import Fan, Servo, read_fan, read_servos
-from jet_gym.leg import Leg, LegNames, Side, Vector, combined_mass, jet_hr1_leg, read_leg
+from jet_gym.leg import SIDES, Leg, LegNames, Side, Vector, combined_mass, jet_hr1_leg, read_leg
 from jet_gym.urdf import Urdf, read_urdf
 
 
@@ -100,7 +100,7 @@ class Robot:
 
     def leg(self, side: Side) -> Leg:
         """Return the numbers of one leg, ``"left"`` or ``"right"``."""
-        if side not in ("left", "right"):
+        if side not in SIDES:
             raise ValueError(f"side must be 'left' or 'right', not {side!r}")
         return self.left if side == "left" else self.right
 

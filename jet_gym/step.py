@@ -12,7 +12,7 @@ import numpy as np
 
 from jet_gym.arrays import Array
 from jet_gym.errors import StepError
-from jet_gym.leg import Side, Vector, opposite
+from jet_gym.leg import SIDES, Side, Vector, opposite
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.swing_path import PATH_CHECKS, Arc, arc_of, arc_points, nominal_pelvis
 
@@ -59,7 +59,7 @@ class Step:
         Raises:
             StepError: A ``ValueError`` that says what is wrong.
         """
-        if self.swing not in ("left", "right"):
+        if self.swing not in SIDES:
             raise StepError(f"swing must be 'left' or 'right', not {self.swing!r}")
         for name in ("start", "landing", "support"):
             object.__setattr__(self, name, _position(getattr(self, name), name))

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from typing import TypeVar
 
+from jet_gym.progress import Progress
+
 Share = TypeVar("Share")
 
 
@@ -19,7 +21,7 @@ def for_each(
     work: Callable[[Share], object],
     shares: Iterable[Share],
     threads: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> None:
     """Do work on shares in any order, as many at a time as there are threads.
 

@@ -15,6 +15,7 @@ from agents.studies.off_the_shelf import EVALUATIONS, OPTIMISERS, Search, missin
 from agents.studies.race import Contestant, race
 from agents.studies.swing_point import SwingPoint, later_swing_point
 from jet_gym.arrays import Array
+from jet_gym.progress import Progress
 
 _PLANNERS = ("gas", "ga", "gaex")
 
@@ -43,7 +44,7 @@ class PointTime:
 
 
 def measure_calculation_time(
-    rounds: int, seeds: int = 9, progress: Callable[[int, int], None] | None = None
+    rounds: int, seeds: int = 9, progress: Progress | None = None
 ) -> tuple[list[PointTime], list[str]]:
     """Let everybody solve the middle swing point of the paper's step across the ditch, on one core at a time.
 

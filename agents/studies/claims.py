@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from agents.planner import make_planner
 from agents.summary import PlanSummary, summarize
 from jet_gym.courses import PAPER
+from jet_gym.progress import Progress
 
 _PLANNERS = ("gas", "ga", "gaex")
 SLIGHTLY = 2.0  # [N] less is "slightly" more thrust, more is "much" more: about a tenth of the fan's 23 N
@@ -44,7 +45,7 @@ class ClaimsReport:
     claims: list[Claim]
 
 
-def measure_claims(seeds: Sequence[int], progress: Callable[[int, int], None] | None = None) -> ClaimsReport:
+def measure_claims(seeds: Sequence[int], progress: Progress | None = None) -> ClaimsReport:
     """Plan both motions with the paper's three planners and hold the claims against the result.
 
     Args:

@@ -7,7 +7,7 @@ far from the sole's edge its ZMP stays. Each of them varies here about the estim
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from agents.planner import make_planner
@@ -15,6 +15,7 @@ from agents.summary import PlanSummary, summarize
 from jet_gym.balance import BalanceSettings
 from jet_gym.courses import CARTON_LENGTH, PAPER
 from jet_gym.leg import Leg
+from jet_gym.progress import Progress
 from jet_gym.robot import Robot, Trunk
 
 PELVIS_MASSES = (2.0, 2.4, 2.8, 3.2, 3.6)  # [kg] of 6.8 kg
@@ -63,7 +64,7 @@ class _Variant:
     settings: BalanceSettings
 
 
-def study_estimates(seeds: Sequence[int], progress: Callable[[int, int], None] | None = None) -> list[EstimateRow]:
+def study_estimates(seeds: Sequence[int], progress: Progress | None = None) -> list[EstimateRow]:
     """Vary each estimate about its value and see what that does.
 
     Args:

@@ -5,7 +5,7 @@ The paper prints omega = 50 and no unit. In m it does nothing, in mm it freezes 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from agents.planner import make_planner
@@ -13,6 +13,7 @@ from agents.summary import PlanSummary, summarize
 from jet_gym.courses import PAPER
 from jet_gym.fitness import FitnessSettings
 from jet_gym.plan import Plan
+from jet_gym.progress import Progress
 
 WEIGHTS = (50.0, 5e3, 2e4, 5e4, 1e5, 2e5, 5e5, 1e6, 2e6, 5e6, 5e7)  # [1/m^2]
 UNITS = {50.0: "50 per m²", 5e3: "50 per dm²", 5e5: "50 per cm²", 5e7: "50 per mm²"}
@@ -37,7 +38,7 @@ class SweepRow:
 def sweep_smoothness(
     seeds: Sequence[int],
     weights: Sequence[float] = WEIGHTS,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> list[SweepRow]:
     """Plan the paper's two motions with GA and with GAS at several smoothness weights.
 

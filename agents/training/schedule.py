@@ -19,4 +19,5 @@ class Geometric:
 
     def __call__(self, remaining: float) -> float:
         """Return the value where this share of the training remains, from 1 to 0."""
-        return self.first * (self.last / self.first) ** (1.0 - remaining)
+        value: float = self.first * (self.last / self.first) ** (1.0 - remaining)
+        return value

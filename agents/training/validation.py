@@ -9,10 +9,11 @@ import numpy as np
 
 from agents.network import PolicyNetwork
 from agents.optimal import OptimalPlanner
-from agents.planner import Progress, make_planner
+from agents.planner import make_planner
 from agents.policy import PolicyPlanner
 from jet_gym.arrays import Array
 from jet_gym.plan import Plan
+from jet_gym.progress import Progress
 from jet_gym.step import Step
 
 VALIDATION_SEED, TEST_SEED = 1_000_000_000, 2_000_000_000

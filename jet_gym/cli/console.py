@@ -14,8 +14,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from agents.planner import Progress as ProgressCallback
     from agents.summary import PlanSummary
+    from jet_gym.progress import Progress as ProgressCallback
     from jet_gym.statistics import Interval
 
 console = Console(highlight=False)

@@ -12,7 +12,7 @@ from jet_gym.figures import style
 from jet_gym.figures.scene import Bodies, Scene, bodies_of
 from jet_gym.figures.stereo_view import draw_stereo_view
 from jet_gym.figures.top_view import draw_support_view, draw_top_view
-from jet_gym.leg import opposite
+from jet_gym.leg import SIDES, opposite
 from jet_gym.plan import Plan
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def _legend_handles(plan: Plan, scene: Scene) -> list[Artist]:
     support_color = style.LEG_COLORS[opposite(plan.step.swing)]
     handles: list[Artist] = [
         Line2D([], [], color=style.LEG_COLORS[side], label=f"{side} leg, sole and fan", **style.LEG_LINE)
-        for side in ("left", "right")
+        for side in SIDES
     ]
     thrust = f"thrust (from above: the disc fills the duct at {plan.step.robot.max_thrust:g} N)"
     markers = (

@@ -11,6 +11,7 @@ import numpy as np
 from jet_gym.arrays import Array
 from jet_gym.figures import style
 from jet_gym.figures.scene import Bodies, Scene
+from jet_gym.leg import SIDES
 from jet_gym.plan import Plan
 from jet_gym.step import Step
 
@@ -161,7 +162,7 @@ def _draw_body(
     ink = style.tint(style.INK, strength)
     far_first = sorted((0, 1), key=lambda side: float(hips[side] @ towards_camera))
     for side, level in zip(far_first, (zorder, zorder + 4.0), strict=True):
-        leg_color = style.LEG_COLORS[("left", "right")[side]]
+        leg_color = style.LEG_COLORS[SIDES[side]]
         color = style.tint(leg_color, strength)
         corners = 1e3 * bodies.sole_corners[point, side]
         fill = (*style.tint(leg_color, strength), 0.3)

@@ -10,7 +10,7 @@ import numpy as np
 from jet_gym.arrays import Array
 from jet_gym.figures import style
 from jet_gym.figures.scene import DUCT_RADIUS, Bodies, Scene
-from jet_gym.leg import opposite
+from jet_gym.leg import SIDES, opposite
 from jet_gym.plan import Plan
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def draw_support_view(axes: Axes, plan: Plan, bodies: Bodies, points: Sequence[i
     side = 1 if plan.step.swing == "left" else 0
     outline = 1e3 * bodies.sole_corners[0, side, :, :2]
     _fill_support(axes, plan, outline)
-    axes.plot(*outline[[0, 1, 2, 3, 0]].T, color=style.LEG_COLORS[("left", "right")[side]], linewidth=1.3)
+    axes.plot(*outline[[0, 1, 2, 3, 0]].T, color=style.LEG_COLORS[SIDES[side]], linewidth=1.3)
     axes.plot(*(1e3 * plan.com[:, :2].T), color=style.INK, linewidth=1.0, zorder=4.0)
     axes.plot(*(1e3 * plan.zmp.T), color=style.ACHIEVED_COLOR, linewidth=1.0, zorder=4.0)
     _draw_balance(axes, plan, points, 1.2)
@@ -128,7 +128,7 @@ def _draw_body(axes: Axes, plan: Plan, bodies: Bodies, point: int, strength: flo
     ink = style.tint(style.INK, strength)
     swing_side = 0 if plan.step.swing == "left" else 1
     for side in (1 - swing_side, swing_side):
-        color = style.tint(style.LEG_COLORS[("left", "right")[side]], strength)
+        color = style.tint(style.LEG_COLORS[SIDES[side]], strength)
         corners = 1e3 * bodies.sole_corners[point, side, :, :2]
         axes.plot(*corners[[0, 1, 2, 3, 0]].T, color=color, linewidth=1.3, zorder=zorder)
         axes.plot(*(1e3 * bodies.ducts[point, side, :, :2]).T, color=color, linewidth=1.3, zorder=zorder)

@@ -7,11 +7,12 @@ import math
 from agents.studies.estimates import EstimateRow, study_estimates
 from jet_gym.courses import DITCH_SPAN
 from jet_gym.figures import plot_estimates, png_bytes
-from jet_gym.reproduction.model import Chapter, Claim, Picture, Report, Settings, Table, verdict, with_interval
+from jet_gym.progress import Progress
+from jet_gym.reproduction.model import Chapter, Claim, Picture, Settings, Table, verdict, with_interval
 from jet_gym.robot import jet_hr1
 
 
-def estimates_chapter(settings: Settings, report: Report) -> Chapter:
+def estimates_chapter(settings: Settings, report: Progress) -> Chapter:
     """Vary mass split, fan offset, foot length and ZMP margin."""
     rows = study_estimates(settings.seeds(settings.study_plans), progress=report)
     limit = jet_hr1().max_thrust

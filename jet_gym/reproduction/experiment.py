@@ -10,7 +10,8 @@ import numpy as np
 from agents.planner import make_planner
 from jet_gym.courses import PAPER
 from jet_gym.figures import plot_execution, plot_pictures, png_bytes
-from jet_gym.reproduction.model import Chapter, Claim, Picture, Report, Settings, Table, verdict
+from jet_gym.progress import Progress
+from jet_gym.reproduction.model import Chapter, Claim, Picture, Settings, Table, verdict
 from jet_gym.simulation import Execution, ExecutionSettings, execute
 from jet_gym.simulation.camera import CameraSettings
 from jet_gym.simulation.film import FilmSettings, frames
@@ -31,7 +32,7 @@ SUCCESS = (
 )
 
 
-def experiment_chapter(settings: Settings, report: Report) -> Chapter:
+def experiment_chapter(settings: Settings, report: Progress) -> Chapter:
     """Let GAS's plans be executed in PyBullet, with the PID as in the paper, without it, and with the fans off."""
     where, statement = "IV-C, V", "The robot completed both steps in each of five trials, in 24 s on average."
     if find_spec("pybullet") is None:

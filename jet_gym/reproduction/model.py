@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 from jet_gym.errors import SettingsError
+from jet_gym.progress import Progress
 from jet_gym.statistics import Interval
 
 Verdict = Literal["holds", "differs", "not tested"]
-Report = Callable[[int, int], None]
-"""Called with how much of how much work is done."""
 
 
 @dataclass(frozen=True)
@@ -148,7 +147,7 @@ def listed(words: Sequence[str]) -> str:
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
-def share_of(report: Report, number: int, count: int) -> Report:
+def share_of(report: Progress, number: int, count: int) -> Progress:
     """Return what the ``number``-th of ``count`` equal parts of some work reports its own progress to."""
 
     def report_part(done: int, total: int) -> None:

@@ -19,11 +19,11 @@ from jet_gym.fitness import FitnessSettings
 from jet_gym.joint_torques import static_torques
 from jet_gym.plan import Plan
 from jet_gym.posture import evaluate_postures
+from jet_gym.progress import Progress
 from jet_gym.reproduction.model import (
     Chapter,
     Claim,
     Picture,
-    Report,
     Settings,
     Table,
     listed,
@@ -37,7 +37,7 @@ _NAMES = {"gas": "GAS", "ga": "GA", "gaex": "GAEx", "optimal": "optimum"}
 _MOTIONS = {"side": "to the side", "forward": "forward across the ditch"}
 
 
-def planning_chapter(settings: Settings, report: Report) -> Chapter:
+def planning_chapter(settings: Settings, report: Progress) -> Chapter:
     """Plan both motions with the paper's planners and hold its claims against the plans."""
     plans = {
         motion: [make_planner(name).plan(PAPER[motion], seed=settings.seed) for name in PLANNERS]
@@ -73,7 +73,7 @@ def planning_chapter(settings: Settings, report: Report) -> Chapter:
     )
 
 
-def smoothness_chapter(settings: Settings, report: Report) -> Chapter:
+def smoothness_chapter(settings: Settings, report: Progress) -> Chapter:
     """Show how the unit of omega was settled."""
     rows = sweep_smoothness(settings.seeds(settings.study_plans), progress=report)
     return Chapter(

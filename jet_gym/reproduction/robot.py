@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from jet_gym.reproduction.model import Chapter, Report, Settings, Table
+from jet_gym.progress import Progress
+from jet_gym.reproduction.model import Chapter, Settings, Table
 from jet_gym.robot import jet_hr1
 
 
-def robot_chapter(settings: Settings, report: Report) -> Chapter:  # noqa: ARG001
+def robot_chapter(settings: Settings, report: Progress) -> Chapter:  # noqa: ARG001
     """Set the URDF's numbers beside the paper's Table 1."""
     robot = jet_hr1()
     servo = {round(s.torque, 3) for s in robot.servos}

@@ -7,8 +7,9 @@ from importlib.util import find_spec
 from agents.planner import make_planner
 from jet_gym.courses import PAPER
 from jet_gym.figures import plot_robustness, png_bytes
+from jet_gym.progress import Progress
 from jet_gym.reproduction.experiment import SUCCESS
-from jet_gym.reproduction.model import Chapter, Picture, Report, Settings, Table
+from jet_gym.reproduction.model import Chapter, Picture, Settings, Table
 from jet_gym.simulation import DisturbanceRanges
 from jet_gym.simulation.robustness import causes, success_rate
 from jet_gym.simulation.trials import Experiment, Trial, run_trials
@@ -16,7 +17,7 @@ from jet_gym.simulation.trials import Experiment, Trial, run_trials
 _NAMES = {"feedforward": "plan's thrust alone", "pid": "PID"}
 
 
-def robustness_chapter(settings: Settings, report: Report) -> Chapter:
+def robustness_chapter(settings: Settings, report: Progress) -> Chapter:
     """Execute the course under disturbances drawn at random, with the plan's thrust and with the PID."""
     title = "How robust it is"
     if find_spec("pybullet") is None:

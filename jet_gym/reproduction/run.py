@@ -14,9 +14,10 @@ from pathlib import Path
 from jet_gym import __version__
 from jet_gym.files import check_writable, write_whole
 from jet_gym.machine import machine
+from jet_gym.progress import Progress
 from jet_gym.reproduction.estimates import estimates_chapter
 from jet_gym.reproduction.experiment import experiment_chapter
-from jet_gym.reproduction.model import Chapter, Report, Settings, Table
+from jet_gym.reproduction.model import Chapter, Settings, Table
 from jet_gym.reproduction.page import render_page
 from jet_gym.reproduction.planning import planning_chapter, smoothness_chapter
 from jet_gym.reproduction.robot import robot_chapter
@@ -39,7 +40,7 @@ class Part:
     """
 
     title: str
-    make: Callable[[Settings, Report], Chapter]
+    make: Callable[[Settings, Progress], Chapter]
 
 
 PARTS = (

@@ -7,13 +7,14 @@ import numpy as np
 from jet_gym.balance import BalanceSettings
 from jet_gym.balance_space import DIRECTIONS, BalanceSpace, compute_balance_space
 from jet_gym.figures import plot_balance_section, plot_balance_space, png_bytes
-from jet_gym.reproduction.model import Chapter, Claim, Picture, Report, Settings, Table, share_of, verdict
+from jet_gym.progress import Progress
+from jet_gym.reproduction.model import Chapter, Claim, Picture, Settings, Table, share_of, verdict
 
 _MODELS = {"assigned": "assigned ZMP (the paper's)", "least": "least thrust"}
 _SHARES = (1.0, 0.75, 0.5, 0.4, 0.3, 0.25)
 
 
-def space_chapter(settings: Settings, report: Report) -> Chapter:
+def space_chapter(settings: Settings, report: Progress) -> Chapter:
     """Compute the balance space with both thrust models."""
     models = [BalanceSettings(), BalanceSettings(thrust_model="least")]
     resolution = 1e-3 * settings.space_resolution

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from agents.studies.calculation_time import PointTime, budget, measure_calculation_time
 from jet_gym.figures import plot_calculation_time, png_bytes
-from jet_gym.reproduction.model import Chapter, Claim, Picture, Report, Settings, Table, verdict
+from jet_gym.progress import Progress
+from jet_gym.reproduction.model import Chapter, Claim, Picture, Settings, Table, verdict
 
 _NAMES = {"gas": "GAS", "ga": "GA", "gaex": "GAEx"}
 
 
-def timing_chapter(settings: Settings, report: Report) -> Chapter:
+def timing_chapter(settings: Settings, report: Progress) -> Chapter:
     """Let the planners and other libraries' optimisers solve one swing point."""
     rows, notes = measure_calculation_time(settings.rounds, 2 * settings.rounds + 1, progress=report)
     times = {row.name: row for row in rows}

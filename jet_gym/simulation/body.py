@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from jet_gym.arrays import Array
 from jet_gym.errors import RobotError
-from jet_gym.leg import LegNames, Side, Vector
+from jet_gym.leg import SIDES, LegNames, Side, Vector
 from jet_gym.robot import Robot
 from jet_gym.simulation import rotation
 from jet_gym.simulation.rotation import Quaternion
@@ -83,7 +83,7 @@ class RobotBody:
         self._joints = [joints[name] for name in robot.joint_names]
         self._parents = {info[0]: info[16] for info in infos}
         self._inertial = {link: self._inertial_frame(link) for link in (-1, *self._links.values())}
-        self._thrusters = {side: self._thruster(side) for side in ("left", "right")}
+        self._thrusters = {side: self._thruster(side) for side in SIDES}
         self._effort = [float(value) for value in robot.effort]
         self._imu = self._place_of_imu()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
@@ -13,6 +13,7 @@ import numpy as np
 from jet_gym.errors import SettingsError, require_seed, require_within
 from jet_gym.leg import Side
 from jet_gym.plan import Plan
+from jet_gym.progress import Progress
 from jet_gym.simulation.course import Course, CourseSettings, Phase, make_course
 from jet_gym.simulation.diagnosis import Demands
 from jet_gym.simulation.disturbances import Disturbance
@@ -84,7 +85,7 @@ def execute(
     *,
     disturbance: Disturbance | None = None,
     gui: bool = False,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Execution:
     """Let the robot execute plans on cartons, and say what happened.
 
@@ -152,7 +153,7 @@ class _Run:
         course: Course,
         settings: ExecutionSettings,
         seed: int,
-        progress: Callable[[int, int], None] | None,
+        progress: Progress | None,
     ) -> None:
         self._world, self._course, self._settings = world, course, settings
         self._progress = progress

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from jet_gym.errors import SettingsError, require_within
 from jet_gym.files import check_writable, write_whole_with
+from jet_gym.progress import Progress
 from jet_gym.simulation.body import Pose
 from jet_gym.simulation.camera import CameraSettings
 from jet_gym.simulation.encoding import require_encoder, write_mp4
@@ -60,7 +61,7 @@ def film(
     execution: Execution,
     path: str | Path,
     settings: FilmSettings | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> None:
     """Write a film (H.264 in MP4) of an execution, whole or not at all.
 

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from jet_gym.progress import Progress
 from jet_gym.simulation.course import make_course
 from jet_gym.simulation.disturbances import LINKS, Disturbance, DisturbanceRanges, Push
 from jet_gym.simulation.execution import ThrustControl
 from jet_gym.simulation.parallel import run_in_parallel
-from jet_gym.simulation.trials import Experiment, Progress, load_results, save_results
+from jet_gym.simulation.trials import Experiment, load_results, save_results
 
 FORMAT = "jet-gym-limits/1"
 FACTORS = (1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0)

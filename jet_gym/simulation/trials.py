@@ -15,6 +15,7 @@ import numpy as np
 from jet_gym.errors import JetGymError
 from jet_gym.files import write_whole
 from jet_gym.plan import Plan
+from jet_gym.progress import Progress
 from jet_gym.simulation.course import make_course
 from jet_gym.simulation.disturbances import Disturbance, DisturbanceRanges
 from jet_gym.simulation.execution import ExecutionSettings, ThrustControl, execute
@@ -24,7 +25,6 @@ from jet_gym.simulation.settings import SimulationSettings
 
 FORMAT = "jet-gym-robustness/1"
 CONTROLS: tuple[ThrustControl, ThrustControl] = ("feedforward", "pid")
-Progress = Callable[[int, int], None]
 Result = TypeVar("Result")
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING, Any, Protocol
 
-from jet_gym.leg import opposite
+from jet_gym.leg import SIDES, opposite
 from jet_gym.studio.controls import hint, on_click, on_update
 from jet_gym.studio.inputs import FEET, MOTIONS, Inputs
 from jet_gym.studio.planner_panel import PlannerController, PlannerPanel
@@ -87,7 +87,7 @@ class Panel:
     def _add_step(self, gui: GuiApi, inputs: Inputs) -> None:
         gui.add_html(hint("Drag a block in the scene; with Shift it moves up and down."))
         self.motion = gui.add_button_group("paper's motion", MOTIONS)
-        self.swing = gui.add_dropdown("swing leg", ("left", "right"), initial_value=inputs.swing)
+        self.swing = gui.add_dropdown("swing leg", SIDES, initial_value=inputs.swing)
         self.feet = {
             foot: gui.add_vector3(f"{foot} [mm]", _millimetres(inputs.position(foot)), step=5.0) for foot in FEET
         }
