@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from agents.training import curves
 from jet_gym.figures.learning_curves import plot_learning_curves
 
 
@@ -34,17 +35,19 @@ def test_nothing_to_draw_is_refused() -> None:
             plot_learning_curves(runs)
 
 
-def test_the_command_draws_folders_of_runs(tmp_path: Path) -> None:
+def test_the_command_draws_folders_of_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "progress.json").write_text(json.dumps({"validations": run(300_000)}))
-    command = [sys.executable, "-m", "agents.training.curves", str(tmp_path), "--plot"]
-    root = Path(__file__).resolve().parents[1]
-    good = subprocess.run(
-        [*command, str(tmp_path / "a.png")], cwd=root, capture_output=True, text=True, check=False
-    )
-    assert good.returncode == 0
-    assert "below GAS on 100% of steps" in good.stdout
+    monkeypatch.setattr(sys, "argv", ["curves", str(tmp_path), "--plot", str(tmp_path / "a.png")])
+    assert curves.main() == 0
+    assert "300,000 steps, 0.5 min of PPO, below GAS on 100% of steps" in capsys.readouterr().out
     assert (tmp_path / "a.png").stat().st_size > 10_000
-    missing = [sys.executable, "-m", "agents.training.curves", "no/such/run", "--plot", str(tmp_path / "b.png")]
-    bad = subprocess.run(missing, cwd=root, capture_output=True, text=True, check=False)
+
+
+def test_folders_that_hold_no_run_are_one_sentence(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "agents.training.curves", "no/such/run", "--plot", str(tmp_path / "b.png")]
+    root = Path(__file__).resolve().parents[1]
+    bad = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
     assert bad.returncode == 2
     assert bad.stderr.count("\n") == 1

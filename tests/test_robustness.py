@@ -17,10 +17,12 @@ import pytest
 from agents.planner import make_planner
 from jet_gym.cli import run
 from jet_gym.courses import PAPER
+from jet_gym.figures.robustness import plot_robustness
 from jet_gym.simulation import CourseSettings, Disturbance, DisturbanceRanges, ExecutionSettings, SimulationSettings
 from jet_gym.simulation.limits import (
     FACTORS,
     End,
+    Limit,
     _find_limit,
     ends_by_limit,
     find_limits,
@@ -241,6 +243,39 @@ def plan_file(experiment, tmp_path) -> str:
     return str(tmp_path / "plan.json")
 
 
+class TestPicture:
+    def test_marks_say_what_breaks_the_course_and_what_does_not(self, rng):
+        lags, frictions = rng.uniform(0.05, 0.3, 80), rng.uniform(0.4, 1.0, 80)
+        trials = [
+            made_up(k, bool(lag < 0.2), fan_lag=lag, friction=friction)
+            for k, (lag, friction) in enumerate(zip(lags, frictions, strict=True))
+        ]
+        limits = [
+            Limit("fan lag", "high", "pid", 1.5, "0.45 s", "left foot", "it fell"),
+            Limit("friction", "low", "pid", None, "0.08", "", ""),
+        ]
+        rates, telling, ends = plot_robustness(trials, ("pid",), limits).axes
+        (bar,) = rates.patches
+        assert bar.get_height() == pytest.approx(100.0 * (lags < 0.2).mean())
+        filled = [
+            mark for mark in telling.lines if mark.get_marker() == "o" and mark.get_markerfacecolor() != "white"
+        ]
+        assert [mark.get_xdata()[0] for mark in filled] == [100.0]
+        names = [label.get_text() for label in telling.get_yticklabels()]
+        assert names[round(float(filled[0].get_ydata()[0]))] == "fan lag"
+        rows = [label.get_text() for label in ends.get_yticklabels()]
+        marks = {
+            rows[round(float(mark.get_ydata()[0]))]: (mark.get_marker(), mark.get_xdata()[0])
+            for mark in ends.lines
+            if mark.get_marker() in ("x", ">")
+        }
+        assert marks == {"fan lag, high": ("x", 1.5), "friction, low": (">", FACTORS[-1])}
+
+    def test_without_failures_and_limits_the_rate_stands_alone(self):
+        (rates,) = plot_robustness([made_up(k, True) for k in range(5)], ("pid",)).axes
+        assert rates.patches[0].get_height() == 100.0
+
+
 class TestCommand:
     def test_it_reports_and_resumes(self, plan_file, tmp_path, capsys):
         folder = tmp_path / "result"
@@ -254,6 +289,35 @@ class TestCommand:
         data = json.loads((folder / "robustness.json").read_text())
         assert [trial["number"] for trial in data["trials"]] == [0, 0, 1, 1]
         assert (tmp_path / "plot.svg").stat().st_size > 5000
+
+    def test_it_tells_what_breaks_the_course(self, plan_file, tmp_path, capsys, monkeypatch):
+        """Feed-forward stands slow fans up to twice their slowest; nothing breaks PID."""
+        ran: list[Disturbance] = []
+
+        def made(self: Experiment, number: int, control: Any, disturbance: Disturbance) -> Trial:
+            ran.append(disturbance)
+            trial = made_up(number, control == "pid" or (disturbance.fan_lag or 0.0) < 0.25)
+            return dataclasses.replace(trial, control=control, disturbance=disturbance)
+
+        monkeypatch.setattr(Experiment, "run", made)
+        path, plot = tmp_path / "result.json", tmp_path / "plot.png"
+        arguments = ["robustness", plan_file, "--jobs", "1", "--trials", "40", "--output", str(path)]
+        assert run([*arguments, "--plot", str(plot)]) == 0
+        printed = " ".join(capsys.readouterr().out.split())
+        assert "feed-forward: what failures have to do with" in printed
+        assert "feed-forward and PID: what failures have to do with" not in printed
+        ends = load_limits(tmp_path / "result-limits.json")
+        broken = [limit for limit in ends if limit.factor is not None]
+        assert {(limit.quantity, limit.end, limit.control) for limit in broken} == {
+            ("fan lag", "high", "feedforward")
+        }
+        assert f"feed-forward: breaks first at 1 times the range: fan lag of {broken[0].value}" in printed
+        assert "feed-forward and PID: nothing breaks it at 5 times its range" in printed
+        assert plot.stat().st_size > 20_000
+        ran.clear()
+        assert run([*arguments, "--resume"]) == 0
+        assert ran == []
+        assert " ".join(capsys.readouterr().out.split()).startswith(printed[: printed.index("wrote")].strip())
 
     @pytest.mark.parametrize(
         ("arguments", "message"),

@@ -82,6 +82,8 @@ def ship(run: Path, target: Path, count: int) -> None:
     kinds: dict[str, dict[str, Score]] = {}
     for kind, belongs in _KINDS.items():
         rows = [row for row, step in enumerate(test.steps) if belongs(step)]
+        if not rows:  # so few steps that none is of this kind
+            continue
         part = StepSet([test.steps[row] for row in rows], test.gas[rows], test.optimal[rows])
         kinds[kind] = {name: part.score_plans([found[row] for row in rows]) for name, found in plans.items()}
     run_settings = json.loads((run / "run.json").read_text())

@@ -1,0 +1,82 @@
+"""The folder of a policy that ships, and the card that says what it can do."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from agents import make_planner
+from agents.network import PolicyNetwork
+from agents.policy import SHIPPED_POLICY, PolicyPlanner
+
+pytest.importorskip("stable_baselines3")
+
+from agents.training import ship
+from agents.training.validation import TEST_SEED, drawn_steps
+
+STEPS = 4
+
+
+@pytest.fixture(scope="module")
+def shipped(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder that a run with the policy that ships would make, judged on a few steps."""
+    run, target = tmp_path_factory.mktemp("run"), tmp_path_factory.mktemp("shipped") / "policy"
+    shutil.copytree(SHIPPED_POLICY.parent, run / "best")
+    about = json.loads((SHIPPED_POLICY.parent / "about.json").read_text())
+    (run / "run.json").write_text(json.dumps(about["trained_by"]))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sys.argv", ["ship", str(run), "--target", str(target), "--steps", str(STEPS)])
+        ship.main()
+    return target
+
+
+@pytest.fixture(scope="module")
+def about(shipped: Path) -> dict[str, Any]:
+    return json.loads((shipped / "about.json").read_text())
+
+
+def test_what_ships_is_the_best_network_of_the_run(shipped: Path, about: dict[str, Any]) -> None:
+    network = PolicyNetwork.load(shipped / "policy.npz")
+    assert network.sha256 == about["sha256"] == PolicyNetwork.load(SHIPPED_POLICY).sha256
+    assert network.about["test"] == about["test"]
+    assert (shipped / "model.zip").read_bytes() == SHIPPED_POLICY.with_name("model.zip").read_bytes()
+
+
+@pytest.mark.parametrize(("name", "refine"), [("policy", 0), ("policy+refine", 16)])
+def test_the_scores_are_those_of_its_plans(about: dict[str, Any], name: str, refine: int) -> None:
+    steps = drawn_steps(STEPS, TEST_SEED)
+    plans = PolicyPlanner(refine=refine).plan_many(steps)
+    gas = [make_planner("gas").plan(step) for step in steps]
+    score = about["test"][name]
+    wins = [mine.total_fitness < other.total_fitness for mine, other in zip(plans, gas, strict=True)]
+    assert score["wins"] == pytest.approx(sum(wins) / STEPS)
+    assert score["total_fitness"] == pytest.approx(sum(plan.total_fitness for plan in plans) / STEPS)
+    assert score["violated_steps"] == pytest.approx(sum(bool(plan.violated_points) for plan in plans) / STEPS)
+    assert score["median_gap"] >= -1e-6
+
+
+def test_kinds_that_were_not_drawn_have_no_row(shipped: Path, about: dict[str, Any]) -> None:
+    card = (shipped / "README.md").read_text()
+    steps = drawn_steps(STEPS, TEST_SEED)
+    for kind, belongs in ship._KINDS.items():
+        drawn = any(belongs(step) for step in steps)
+        assert (kind in about["by_kind"]) == drawn
+        assert (f"| {kind} | policy |" in card) == drawn
+    assert len(about["by_kind"]) < len(ship._KINDS), "all kinds were drawn: the test says nothing"
+
+
+def test_every_step_is_of_a_direction_and_of_a_distance() -> None:
+    for step in drawn_steps(50, TEST_SEED):
+        assert sum(belongs(step) for belongs in ship._KINDS.values()) == 2
+
+
+def test_the_card_says_what_about_json_says(shipped: Path, about: dict[str, Any]) -> None:
+    card = (shipped / "README.md").read_text()
+    for name, score in about["test"].items():
+        assert f"| all | {name} | {score['wins']:.0%} | {score['median_ratio']:.2f} |" in card
+    assert f"Judged on {STEPS} steps" in card
+    assert about["sha256"][:16] in card
