@@ -74,7 +74,7 @@ class Picture:
             center_of_mass=None if shown is None else shown.com[0],
             assigned_zmp=None if shown is None else shown.assigned_zmp[0],
             zmp=scene.zmp,
-            fan=world.body.frame(self._fan_of(step)).position,
+            fan=world.body.fan_pose(step.swing).position,
             thrust=scene.thrust,
             caption=f"swing point {scene.point} of {step.points - 1}" if scene.point >= 0 else "before the step",
         )
@@ -102,7 +102,3 @@ class Picture:
             shown = scene.transition
             self._posed.pose(shown.joint_positions[0], shown.pelvis[0], float(shown.pelvis_yaw[0]))
         return self._posed
-
-    def _fan_of(self, step: Step) -> str:
-        names = self._model.robot.names
-        return (names.left if step.swing == "left" else names.right).fan

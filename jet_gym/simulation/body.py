@@ -228,6 +228,10 @@ class RobotBody:
         """Return the pose of a sole frame."""
         return self.frame(self._names(side).sole)
 
+    def fan_pose(self, side: Side) -> Pose:
+        """Return the pose of a fan's frame, along whose z axis it pushes."""
+        return self.frame(self._names(side).fan)
+
     def contact(self, *links: int) -> Contact:
         """Return what anything does to some links."""
         points = [p for link in links for p in self._client.getContactPoints(bodyA=self.id, linkIndexA=link)]

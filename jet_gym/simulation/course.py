@@ -29,7 +29,7 @@ from jet_gym.simulation.double_support import (
     reachable_target,
     soles_after,
     soles_before,
-    swing_and_support,
+    soles_with,
 )
 
 PhaseKind = Literal["stand", "shift", "motion", "transition", "finish"]
@@ -209,7 +209,7 @@ class _Builder:
         pelvis, yaw, sole = path[:, :3], path[:, 3], path[:, 4:]
         higher = sole + raised[:, None] * [0.0, 0.0, 1.0]
         joints = [
-            double_support_joints(self._robot, swing_and_support(plan.step, place), pelvis, yaw)[0]
+            double_support_joints(self._robot, soles_with(plan.step, place), pelvis, yaw)[0]
             for place in (higher, sole)
         ]
         return joints[0] - joints[1]

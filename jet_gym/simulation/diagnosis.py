@@ -214,7 +214,7 @@ def explain_fall(robot: Robot, series: Series, failure: str) -> tuple[int, str, 
     onset = int(upright[-1]) if upright.size else 0
     window = (time >= time[onset] - _BEFORE) & (time <= time[onset] + _AFTER)
     support: Side = "right" if series["swing_is_left"][onset] else "left"
-    swing: Side = "left" if support == "right" else "right"
+    swing = opposite(support)
     cause, how = _what_gave_way(robot, series, window, support, swing)
     when = f"at {time[-1]:.1f} s, in {series['phase'][onset]}"
     return onset, cause, f"the robot fell {when}: {how} ({failure})"

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.arrays import Array
 from jet_gym.kinematics import inverse_kinematics
-from jet_gym.leg import SIDES, Side
+from jet_gym.leg import SIDES, Side, opposite
 from jet_gym.robot import Robot
 from jet_gym.step import Step
 
@@ -81,16 +81,14 @@ def _stands(robot: Robot, soles: dict[Side, ArrayLike], pelvis: Array, pelvis_ya
 
 def soles_before(step: Step) -> dict[Side, ArrayLike]:
     """Return where the soles stand before a step, by leg."""
-    return swing_and_support(step, step.start)
+    return soles_with(step, step.start)
 
 
 def soles_after(step: Step) -> dict[Side, ArrayLike]:
     """Return where the soles stand after a step, by leg."""
-    return swing_and_support(step, step.landing)
+    return soles_with(step, step.landing)
 
 
-def swing_and_support(step: Step, swing_sole: ArrayLike) -> dict[Side, ArrayLike]:
+def soles_with(step: Step, swing_sole: ArrayLike) -> dict[Side, ArrayLike]:
     """Return where the soles are, by leg, with the swing sole somewhere (..., 3) [m]."""
-    if step.swing == "left":
-        return {"left": swing_sole, "right": step.support}
-    return {"left": step.support, "right": swing_sole}
+    return {step.swing: swing_sole, opposite(step.swing): step.support}

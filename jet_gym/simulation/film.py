@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from jet_gym.errors import SettingsError, require_within
 from jet_gym.files import check_writable, write_whole_with
+from jet_gym.leg import SIDES
 from jet_gym.progress import Progress
 from jet_gym.simulation.body import Pose
 from jet_gym.simulation.camera import CameraSettings
@@ -153,8 +154,7 @@ def _place(world: World, execution: Execution, row: int, shown: int) -> int:
 
 def _overlay(world: World, execution: Execution, row: int) -> Overlay:
     swing = 0 if execution.swing_is_left[row] else 1
-    robot = world.robot
-    fan = world.body.frame((robot.names.left if swing == 0 else robot.names.right).fan)
+    fan = world.body.fan_pose(SIDES[swing])
     tilt = math.degrees(execution.tilt[row])
     caption = f"{execution.time[row]:5.1f} s   {execution.phase[row]}"
     return Overlay.of_step(

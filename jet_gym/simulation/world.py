@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from jet_gym.arrays import Array, finite_array
 from jet_gym.kinematics import forward_kinematics
-from jet_gym.leg import Side
+from jet_gym.leg import opposite
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.simulation.actuators import Actuators
 from jet_gym.simulation.body import Pose, RobotBody
@@ -117,7 +117,7 @@ class World:
         self._refuse_other_robot(step)
         command, thrust = self._command(joint_positions), _finite(thrust, "thrust")
         pose = _level_pose(pelvis, pelvis_yaw)
-        support = _other(step.swing)
+        support = opposite(step.swing)
         sole = forward_kinematics(self.robot, command).soles[0 if support == "left" else 1]
         settle_steps = max(self.settings.steps(self.settings.settle_time), 1)
         with self._unseen():
@@ -197,7 +197,7 @@ class World:
         self.cartons.continue_with(step, self._disturber.disturbance.block_height(self._step_number))
         self.step = step
         self.actuators.swing(step.swing)
-        self._footing = self._stand(step, self.body.sole(_other(step.swing)).position)
+        self._footing = self._stand(step, self.body.sole(opposite(step.swing)).position)
 
     def clear_start(self) -> None:
         """Take the start's carton away.
@@ -265,11 +265,11 @@ class World:
         """Let the feet touch their cartons, and remember where the support sole is."""
         self._set_collisions()
         self._clock = perf_counter() - self.time
-        return Footing(step, _other(step.swing), sole, self.cartons.soles["support"][2])
+        return Footing(step, opposite(step.swing), sole, self.cartons.soles["support"][2])
 
     def _set_collisions(self) -> None:
         if self.step is not None:
-            swing, support = self.body.leg(self.step.swing), self.body.leg(_other(self.step.swing))
+            swing, support = self.body.leg(self.step.swing), self.body.leg(opposite(self.step.swing))
             self.cartons.set_collisions(self.body.id, swing, support)
 
     def _clear_start_when_left(self, step: Step, swing_sole: Array) -> None:
@@ -305,10 +305,6 @@ class World:
     def _refuse_other_robot(self, step: Step) -> None:
         if step.robot is not self.robot:
             raise ValueError(f"the step is one of {step.robot.name}, but this world is made for {self.robot.name}")
-
-
-def _other(side: Side) -> Side:
-    return "right" if side == "left" else "left"
 
 
 def _level_pose(pelvis: ArrayLike, pelvis_yaw: float) -> Pose:
