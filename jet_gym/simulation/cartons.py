@@ -18,10 +18,11 @@ CARTON_COLOR = (0.78, 0.60, 0.37, 1.0)
 TAPE_COLOR = (0.90, 0.79, 0.58, 1.0)
 PLINTH_COLOR = (0.52, 0.40, 0.26, 1.0)
 FLOOR_COLOR = (0.80, 0.82, 0.85, 1.0)
+TAPE_WIDTH = 0.036  # [m]
 
 _FLOOR_SIZE, _FLOOR_DEPTH = 12.0, 0.1  # [m]
 _PLINTH_HEIGHT = 2.0  # [m] it stands through the floor
-_TAPE_WIDTH, _TAPE_THICKNESS = 0.036, 0.0004  # [m]
+_TAPE_THICKNESS = 0.0004  # [m]
 _PARKED = -50.0  # [m] height of what is out of the way
 _SAME_HEIGHT = 1e-4  # [m]
 _OVERHANG = 0.05  # [m] by how much a foot with its fan, or the carton under it, is wider than half a carton
@@ -168,7 +169,7 @@ class Cartons:
 
     def _add_carton(self) -> int:
         carton = (0.5 * CARTON_LENGTH, 0.5 * CARTON_WIDTH, 0.5 * CARTON_HEIGHT)
-        tape = (carton[0] + _TAPE_THICKNESS, 0.5 * _TAPE_WIDTH, carton[2] + _TAPE_THICKNESS)
+        tape = (carton[0] + _TAPE_THICKNESS, 0.5 * TAPE_WIDTH, carton[2] + _TAPE_THICKNESS)
         middle = (0.0, 0.0, -0.5 * CARTON_HEIGHT)
         return self._add_body(carton, middle, [carton, tape], [middle, middle], [CARTON_COLOR, TAPE_COLOR])
 

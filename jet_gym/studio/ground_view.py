@@ -10,7 +10,7 @@ import numpy as np
 from jet_gym.arrays import Array
 from jet_gym.figures.scene import Carton, Ditch, cartons_of, ditch_of
 from jet_gym.leg import Vector
-from jet_gym.simulation.cartons import CARTON_COLOR, TAPE_COLOR
+from jet_gym.simulation.cartons import CARTON_COLOR, TAPE_COLOR, TAPE_WIDTH
 from jet_gym.step import Step
 from jet_gym.studio.colors import rgb
 from jet_gym.studio.inputs import FEET, Inputs
@@ -23,7 +23,6 @@ Dragged = Callable[[str, Vector], None]
 
 _BAD_COLOR = (205, 40, 45)
 _DITCH_COLOR = (120, 152, 178)
-_TAPE = 0.036  # [m] wide
 _PROUD = 0.0006  # [m] by which tape stands out
 _SPAN_ASIDE = 0.45  # [m] from the middle of the step to where the ditch's width is written
 _DITCH_REACH = 0.75  # [m] to either side of the step
@@ -48,9 +47,8 @@ class GroundView:
         self._camera_position = camera_position
         self._dragged = dragged
         self._soles: dict[str, Array] = {foot: np.zeros(3) for foot in FEET}
-        self._grab: tuple[Array, Array] | None = (
-            None  # where a drag began: the sole, and the point under the pointer
-        )
+        # Where a drag began: the sole, and the point under the pointer.
+        self._grab: tuple[Array, Array] | None = None
         self._boxes: dict[str, BoxHandle] = {}
         self._tapes: dict[str, BoxHandle] = {}
         self._labels: dict[str, LabelHandle] = {}
@@ -113,7 +111,7 @@ class GroundView:
         size, middle = high - low, 0.5 * (low + high)
         self._boxes[foot].dimensions = (size[0], size[1], size[2])
         self._boxes[foot].position = middle
-        self._tapes[foot].dimensions = (size[0] + 2 * _PROUD, _TAPE, size[2] + 2 * _PROUD)
+        self._tapes[foot].dimensions = (size[0] + 2 * _PROUD, TAPE_WIDTH, size[2] + 2 * _PROUD)
         self._tapes[foot].position = middle
         self._labels[foot].position = (middle[0], middle[1], low[2] + 0.35 * size[2])
 

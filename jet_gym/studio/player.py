@@ -41,11 +41,6 @@ class Player:
             with self._advancing:
                 return
 
-    @property
-    def alive(self) -> bool:
-        """Whether the thread still runs."""
-        return self._thread.is_alive()
-
     def close(self) -> None:
         """End the thread; may be called twice."""
         with self._changed:
