@@ -10,15 +10,20 @@ import signal
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium as gym
 import hypothesis
 import numpy as np
 import pytest
 
+from agents import Plan, make_planner
 from jet_gym import Robot, jet_hr1
 from jet_gym.arrays import Array
+from jet_gym.courses import PAPER
+
+if TYPE_CHECKING:
+    from jet_gym.simulation import World
 
 hypothesis.settings.register_profile("jet_gym", deadline=None, derandomize=True, max_examples=100)
 hypothesis.settings.load_profile("jet_gym")
@@ -201,6 +206,28 @@ def bullet_robot(robot: Robot, bullet_client: Any) -> BulletRobot:
 def oracle(request: pytest.FixtureRequest) -> Oracle:
     """Jet-HR1 in a library that is not ours, one after the other."""
     return request.getfixturevalue({"pinocchio": "pinocchio_robot", "pybullet": "bullet_robot"}[request.param])
+
+
+@pytest.fixture(scope="session")
+def side_plan() -> Plan:
+    """The paper's step to the side, as GAS plans it."""
+    return make_planner("gas").plan(PAPER.side, seed=0)
+
+
+@pytest.fixture(scope="session")
+def forward_plan() -> Plan:
+    """The paper's step across the ditch, as GAS plans it."""
+    return make_planner("gas").plan(PAPER.forward, seed=0)
+
+
+@pytest.fixture(scope="module")
+def world() -> Iterator[World]:
+    """A world that the tests use one after the other; none may notice what another did to it."""
+    pytest.importorskip("pybullet")
+    from jet_gym.simulation import World
+
+    with World() as shared:
+        yield shared
 
 
 @pytest.fixture

@@ -1,3 +1,7 @@
+"""``jet-gym simulate``: what it prints and writes, its exit codes, and one sentence for bad input."""
+
+from __future__ import annotations
+
 import csv
 import subprocess
 import sys

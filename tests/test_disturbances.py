@@ -1,6 +1,9 @@
+"""Disturbances do in the world what physics says of them, and draws stay within their ranges."""
+
+from __future__ import annotations
+
 import dataclasses
 import math
-from collections.abc import Iterator
 
 import gymnasium as gym
 import numpy as np
@@ -21,12 +24,6 @@ pytest.importorskip("pybullet")
 @pytest.fixture(scope="module")
 def plan() -> Plan:
     return make_planner("gas").plan(PAPER.side, seed=0)
-
-
-@pytest.fixture(scope="module")
-def world() -> Iterator[World]:
-    with World() as shared:
-        yield shared
 
 
 def stand(world: World, plan: Plan, disturbance: Disturbance, point: int = 0, seconds: float = 0.4):

@@ -1,3 +1,7 @@
+"""What settings may be: numbers within a range, and a sentence that names what is not."""
+
+from __future__ import annotations
+
 import math
 
 import pytest

@@ -1,3 +1,7 @@
+"""Plans that are executed: the paper's course within its limits, and what is said where it fails."""
+
+from __future__ import annotations
+
 import csv
 import math
 from dataclasses import replace

@@ -1,3 +1,7 @@
+"""The IMU measures in its own frame, late and with its errors; what calibration and filter make of it."""
+
+from __future__ import annotations
+
 import math
 
 import numpy as np

@@ -1,3 +1,7 @@
+"""Pictures of the simulated robot, held against PyBullet's own, and what is drawn over them."""
+
+from __future__ import annotations
+
 import itertools
 import math
 from collections.abc import Iterator
@@ -19,12 +23,6 @@ pytest.importorskip("pybullet")
 
 STEP = PAPER.forward
 Picture = NDArray[np.uint8]
-
-
-@pytest.fixture(scope="module")
-def world() -> Iterator[World]:
-    with World() as shared:
-        yield shared
 
 
 @pytest.fixture

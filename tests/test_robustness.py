@@ -1,3 +1,7 @@
+"""Trials under disturbances: the same in one process or two, on disk whole, and what they say."""
+
+from __future__ import annotations
+
 import dataclasses
 import json
 import math

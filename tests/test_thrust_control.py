@@ -1,3 +1,7 @@
+"""The PID and the lead of the fan right a robot that rocks, within what the fan can do."""
+
+from __future__ import annotations
+
 import math
 
 import numpy as np

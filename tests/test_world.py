@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -13,28 +12,10 @@ from agents.planner import make_planner
 from jet_gym import Step
 from jet_gym.courses import CARTON_HEIGHT, PAPER
 from jet_gym.errors import StepError
-from jet_gym.plan import Plan
 from jet_gym.posture import evaluate_postures
 from jet_gym.simulation import SimulationSettings, World
 
 pytest.importorskip("pybullet")
-
-
-@pytest.fixture(scope="module")
-def world() -> Iterator[World]:
-    """A world that the tests use one after the other; none may notice what another did to it."""
-    with World() as shared:
-        yield shared
-
-
-@pytest.fixture(scope="module")
-def side_plan() -> Plan:
-    return make_planner("gas").plan(PAPER.side, seed=0)
-
-
-@pytest.fixture(scope="module")
-def forward_plan() -> Plan:
-    return make_planner("gas").plan(PAPER.forward, seed=0)
 
 
 class TestStanding:

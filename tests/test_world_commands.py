@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,27 +11,13 @@ import numpy as np
 import pytest
 from stepping import begin, fingerprint, follow, replace_thrust
 
-from agents.planner import make_planner
 from jet_gym import Robot, load_robot
 from jet_gym.courses import PAPER
 from jet_gym.errors import RobotError, SettingsError
-from jet_gym.plan import Plan
 from jet_gym.simulation import SimulationSettings, World
 from jet_gym.simulation.motion import CommandBlend, FanLag
 
 pytest.importorskip("pybullet")
-
-
-@pytest.fixture(scope="module")
-def world() -> Iterator[World]:
-    """A world that the tests use one after the other; none may notice what another did to it."""
-    with World() as shared:
-        yield shared
-
-
-@pytest.fixture(scope="module")
-def side_plan() -> Plan:
-    return make_planner("gas").plan(PAPER.side, seed=0)
 
 
 class TestCommands:

@@ -4,35 +4,14 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Iterator
 
 import pytest
 from stepping import begin, fingerprint, go_to, trace
 
-from agents.planner import make_planner
 from jet_gym import JetGymError
-from jet_gym.courses import PAPER
-from jet_gym.plan import Plan
 from jet_gym.simulation import BulletMissingError, DisplayMissingError, World, WorldStateError
 
 pytest.importorskip("pybullet")
-
-
-@pytest.fixture(scope="module")
-def world() -> Iterator[World]:
-    """A world that the tests use one after the other; none may notice what another did to it."""
-    with World() as shared:
-        yield shared
-
-
-@pytest.fixture(scope="module")
-def side_plan() -> Plan:
-    return make_planner("gas").plan(PAPER.side, seed=0)
-
-
-@pytest.fixture(scope="module")
-def forward_plan() -> Plan:
-    return make_planner("gas").plan(PAPER.forward, seed=0)
 
 
 def run_python(code: str) -> str:
