@@ -17,10 +17,13 @@ import numpy as np
 from agents.barrier import bring_inside, polish, shares_of_mu
 from agents.exhaustive import GaexPlanner
 from agents.genetic import GaPlanner, GasPlanner, GeneticSettings
-from agents.lattice import accumulate, cost_of_path, make_lattices, reach_boxes, search_of_step, trace_back
+from agents.lattice import accumulate, make_lattices, trace_back
+from agents.path_cost import cost_of_path, search_of_step
 from agents.policy import PolicyPlanner
 from agents.refinement import RefinementSettings, candidates_around, refine_path, violates
+from agents.relaxation import reach_boxes
 from jet_gym import Step, jet_hr1
+from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings, ThrustModel
 from jet_gym.balance_space import compute_balance_space, least_thrust_of_step
 from jet_gym.fitness import FitnessSettings, fitness_of_postures
@@ -34,13 +37,13 @@ from jet_gym.task.drawing import draw_random_steps
 from jet_gym.task.lanes import Lanes
 from jet_gym.task.model import TaskModel
 from jet_gym.task.transition import Transition
-from jet_gym.urdf import Array
 
 Numbers = dict[str, Any]
 
 ASIDE = Step("left", (0.0, 0.1125, 0.0), (0.1, 0.3, 0.02), (0.0, -0.1125, 0.0), points=4)
 AHEAD = Step("right", (0.0, -0.1125, 0.0), (0.5, -0.12, 0.0), (0.0, 0.34, 0.0), points=3)
 SIDEWARD = Step("left", (0.0, 0.1125, 0.0), (0.0, 0.34, 0.0), (0.0, -0.1125, 0.0), points=3)
+BACK = Step("right", (0.0, -0.1125, 0.0), (-0.05, -0.2, 0.01), (0.0, 0.1125, 0.0), points=3)
 THRUST_MODELS: tuple[ThrustModel, ...] = ("assigned", "least")
 
 
@@ -181,10 +184,12 @@ def lattices() -> Numbers:
 def refinements() -> Numbers:
     """Paths refined by candidates around them, and by the interior-point method."""
     numbers: Numbers = {}
-    for step, thrust_model in itertools.product((SIDEWARD, AHEAD), THRUST_MODELS):
+    for step, thrust_model in itertools.product((SIDEWARD, BACK), THRUST_MODELS):
         model, points = search_of_step(step, BalanceSettings(thrust_model=thrust_model), FitnessSettings())
         path, of = np.tile(step.nominal_pelvis, (step.points, 1)), f"{step.swing} {thrust_model}"
-        clouds = RefinementSettings(candidates=12, sweeps=10).clouds
+        numbers[f"{of} steps from outside"] = polish(model, points, 1.0, 1e-2, shares_of_mu(), path.copy())
+        clouds = RefinementSettings(candidates=12, sweeps=10, widest=12e-3, narrowest=7e-4).clouds
+        numbers[f"{of} violates at first"] = violates(model, points, path)
         numbers[f"{of} candidates"] = candidates_around(model, points, clouds[0], path)
         numbers[f"{of} moved inside"], numbers[f"{of} inside"] = bring_inside(model, points, path), path.copy()
         numbers[f"{of} cost"], numbers[f"{of} refined"] = refine_path(model, points, clouds, path), path.copy()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,21 @@ def test_kinds_that_were_not_drawn_have_no_row(shipped: Path, about: dict[str, A
         assert (kind in about["by_kind"]) == drawn
         assert (f"| {kind} | policy |" in card) == drawn
     assert len(about["by_kind"]) < len(ship._KINDS), "all kinds were drawn: the test says nothing"
+
+
+def test_of_several_runs_the_best_on_validation_steps_ships(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    network = PolicyNetwork.load(SHIPPED_POLICY)
+    *others, (weights, biases) = network.layers
+    for name, loss in (("worse", 0.5), ("best", 0.0), ("worst", 1.0)):
+        folder = tmp_path / name / "best"
+        folder.mkdir(parents=True)
+        replace(network, layers=(*others, ((1.0 - loss) * weights, biases))).save(folder / "policy.npz")
+    runs = [tmp_path / "worse", tmp_path / "best", tmp_path / "worst"]
+    assert ship.best_run(runs, 6) == tmp_path / "best"
+    assert capsys.readouterr().out.count("of 6 validation steps") == 3
+    assert ship.best_run(runs[2:], 6) == tmp_path / "worst"
 
 
 def test_every_step_is_of_a_direction_and_of_a_distance() -> None:
