@@ -13,7 +13,7 @@ import pytest
 from jet_gym import load_robot
 from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
-from jet_gym.kinematics import forward_kinematics, inverse_kinematics
+from jet_gym.kinematics import axis_signs, forward_kinematics, inverse_kinematics, range_middles
 from jet_gym.leg import SIDES, LegNames
 from jet_gym.posture import evaluate_postures
 from jet_gym.robot import FrameNames, Robot
@@ -182,6 +182,12 @@ def test_another_biped_has_its_joints_on_their_axes(
             origin, axes = placed_biped.pose(link)
             fixed.append(axes.T @ (point - origin))
         np.testing.assert_allclose(fixed, [fixed[0]] * 3, atol=1e-9, err_msg=link)
+
+
+def test_another_biped_counts_angles_as_its_axes_point(biped: Robot) -> None:
+    signs = axis_signs(biped)
+    assert set(signs.tolist()) == {-1.0, 1.0}
+    np.testing.assert_allclose(signs * range_middles(biped), 0.5 * (biped.lower + biped.upper), atol=1e-12)
 
 
 @pytest.mark.parametrize("side", SIDES)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import FrozenInstanceError, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,7 @@ from jet_gym.balance import (
     assigned_thrust,
     edge_vectors,
     least_thrust,
+    outside_edge_polygon,
     stance_of,
     within_edge_polygon,
     within_support,
@@ -166,6 +168,15 @@ def test_zmp_leaves_the_center_of_mass_away_from_the_fan(com: Point, fan: Point)
     assert np.linalg.norm(away) < 1e-6 or (steps @ away > 0.0).all()
 
 
+@pytest.mark.parametrize("share", [1.0 - 2e-9, 1.0 - 5e-10, 1.0, 1.0 + 5e-10, 1.0 + 2e-9])
+def test_zmp_is_finite_even_where_the_fan_carries_all_weight(share: float) -> None:
+    """Nothing presses on the ground, and no point of it balances; the ZMP is as far off as a billionth makes it."""
+    com, fan = np.array([0.02, -0.01]), np.array([0.3, 0.1])
+    ground = (1.0 - share) * WEIGHT if abs(1.0 - share) > 1e-9 else 1e-9 * WEIGHT
+    expected = (WEIGHT * com - share * WEIGHT * fan) / ground
+    assert zmp_of(WEIGHT, *com, tuple(fan), share * WEIGHT) == pytest.approx(expected, rel=1e-6)
+
+
 # ---------------------------------------------------------------------- least thrust
 
 
@@ -212,10 +223,12 @@ def test_a_center_of_mass_nearer_to_the_fan_never_needs_less_thrust(
     assert (np.diff(assigned) > 0.0).all()
 
 
-def test_no_thrust_helps_on_the_far_side_of_the_support() -> None:
+@pytest.mark.parametrize("away", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
+@pytest.mark.parametrize("aside", [0.0, 0.01])
+def test_no_thrust_helps_on_the_far_side_of_the_support(away: Point, aside: float) -> None:
     """The ZMP only moves away from the fan, here further off the sole."""
-    thrust = least_thrust(WEIGHT, 0.0, -0.1, (0.0, 0.4), SOLE, MARGIN)
-    assert thrust == pytest.approx(WEIGHT)
+    com, fan = 0.15 * np.array(away) + aside * np.array(away[::-1]), -0.4 * np.array(away)
+    assert least_thrust(WEIGHT, *com, tuple(fan), SOLE, MARGIN) == pytest.approx(WEIGHT)
 
 
 @pytest.mark.parametrize("swing", SIDES)
@@ -233,6 +246,38 @@ def test_least_thrust_puts_the_zmp_on_the_border_of_the_shrunk_support(
 
 
 # ---------------------------------------------------------------------- the assigned ZMP and eq. (4)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_stance_is_right_for_feet_whose_frames_are_anywhere(
+    robot: Robot, rng: np.random.Generator, side: float
+) -> None:
+    """Jet-HR1's own ankles stand above the origins of its soles, and its fans right beside them."""
+    margin = 0.01
+    for _ in range(100):
+        frames = [rng.uniform(-0.02, 0.02, 3) - [0.0, 0.0, 0.05] for _ in range(2)]
+        swing_leg, support_leg = (robot.left._replace(sole=tuple(frame)) for frame in frames)
+        swing_leg = swing_leg._replace(fan=tuple(rng.uniform(-0.08, 0.08, 3)))
+        rectangle = rng.uniform([-0.1, 0.05, -0.09, 0.04], [-0.05, 0.12, -0.04, 0.07])
+        support_leg = support_leg._replace(sole_rectangle=tuple(rectangle))
+        support_sole = rng.uniform(-1.0, 1.0, 3)
+        swing_sole = support_sole + rng.choice([-1.0, 1.0], 3) * rng.uniform(0.2, 0.5, 3)
+        found = stance_of(swing_leg, support_leg, side, margin, tuple(swing_sole), tuple(support_sole))
+
+        swing_ankle, support_ankle = swing_sole - frames[0], support_sole - frames[1]
+        fan = (swing_ankle + swing_leg.fan)[:2]
+        np.testing.assert_allclose(found.swing_ankle, swing_ankle, atol=1e-15)
+        np.testing.assert_allclose(found.support_ankle, support_ankle, atol=1e-15)
+        np.testing.assert_allclose(found.fan, fan, atol=1e-15)
+        np.testing.assert_allclose(found.support, support_sole[[0, 0, 1, 1]] + rectangle, atol=1e-15)
+        low, high = shrunk(found.support, margin)
+        zmp = np.array(found.assigned_zmp)
+        to_zmp, to_fan = zmp - support_ankle[:2], fan - support_ankle[:2]
+        assert np.minimum(zmp - low, high - zmp).min() == pytest.approx(0.0, abs=1e-12)
+        assert to_zmp[0] * to_fan[1] == pytest.approx(to_zmp[1] * to_fan[0], abs=1e-12)
+        assert to_zmp @ to_fan > 0.0
+        hip_line = side * np.array([-found.sin_yaw, found.cos_yaw])  # from the support hip to the other
+        np.testing.assert_allclose(hip_line, (fan - zmp) / np.linalg.norm(fan - zmp), atol=1e-12)
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.01, 0.02, 0.04])
@@ -342,6 +387,73 @@ def test_no_center_of_mass_beside_the_assigned_zmp_is_excused() -> None:
     assert not within_edge_polygon(math.tan(math.radians(5.0)), *edge_vectors(found, 0.02 + 1e-6, 0.03))
 
 
+@pytest.mark.parametrize("point", ["assigned ZMP", "swing ankle"])
+def test_the_edge_polygon_reaches_from_the_assigned_zmp_to_the_swing_ankle(point: str) -> None:
+    """At either end one of the two lines has no length, and the angle between them is none."""
+    found = Stance(1.0, 0.0, (0.1, 0.3, 0.0), (0.0, 0.0, 0.0), (0.1, 0.4), (0.02, 0.03), SOLE)
+    com = found.assigned_zmp if point == "assigned ZMP" else found.swing_ankle[:2]
+    assert within_edge_polygon(1e-6, *edge_vectors(found, *com))
+
+
+def outside(found: Stance, slope: float, com: Array) -> float:
+    """Return how far a centre of mass is outside of the edge polygon [m]."""
+    sine, cosine, _ = edge_vectors(found, *com)
+    return outside_edge_polygon(found, slope, sine, cosine)
+
+
+def standing(rng: np.random.Generator) -> tuple[Stance, Array, Array]:
+    """Return a stance with a line from assigned ZMP to swing ankle in any direction, and that line."""
+    ankle, zmp = rng.uniform(-1.0, 1.0, 3), rng.uniform(-1.0, 1.0, 2)
+    return Stance(1.0, 0.0, tuple(ankle), (0.0, 0.0, 0.0), (0.1, 0.4), tuple(zmp), SOLE), zmp, ankle[:2] - zmp
+
+
+@pytest.mark.parametrize("tolerance", [1.0, 5.0, 30.0])
+def test_outside_of_the_edge_polygon_is_where_eq_10_does_not_hold(
+    rng: np.random.Generator, tolerance: float
+) -> None:
+    slope, agreed = math.tan(math.radians(tolerance)), set()
+    for _ in range(300):
+        found, zmp, line = standing(rng)
+        com = zmp + rng.uniform(-0.5, 1.5) * line + rng.normal(0.0, 0.1, 2) * np.linalg.norm(line)
+        holds = within_edge_polygon(slope, *edge_vectors(found, *com))
+        assert holds == (outside(found, slope, com) <= 0.0)
+        agreed.add(holds)
+    assert agreed == {True, False}
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.1])
+def test_beside_the_line_the_edge_polygon_is_as_far_as_the_line_less_the_tolerance(
+    rng: np.random.Generator, slope: float
+) -> None:
+    """Over the line, the polygon is as wide as its slope times the product of what is before and behind."""
+    for _ in range(100):
+        found, zmp, line = standing(rng)
+        length, share, aside = np.linalg.norm(line), rng.uniform(0.2, 0.8), rng.uniform(-0.1, 0.1)
+        com = zmp + share * line + aside * np.array([-line[1], line[0]])
+        width = slope * (share * (1.0 - share) - aside**2) * length
+        assert outside(found, slope, com) == pytest.approx(abs(aside) * length - width, abs=1e-12)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.1])
+def test_beyond_the_ends_of_the_line_the_edge_polygon_is_further_the_further_one_is(
+    rng: np.random.Generator, slope: float
+) -> None:
+    """Near an end it is as far as that end; no tolerance widens it there."""
+    for _ in range(100):
+        found, zmp, line = standing(rng)
+        beyond = rng.uniform(0.01, 0.5)
+        behind, ahead = zmp - beyond * line, zmp + (1.0 + beyond) * line
+        expected = beyond * (1.0 + beyond) * np.linalg.norm(line)
+        assert [outside(found, slope, com) for com in (behind, ahead)] == pytest.approx([expected] * 2, abs=1e-12)
+
+
+def test_the_edge_polygon_of_an_ankle_at_the_assigned_zmp_is_that_point() -> None:
+    found = Stance(1.0, 0.0, (0.02, 0.03, 0.0), (0.0, 0.0, 0.0), (0.1, 0.4), (0.02, 0.03), SOLE)
+    assert outside(found, 0.1, np.array([0.02, 0.03])) == 0.0
+    near, far = (outside(found, 0.1, np.array([0.02, 0.03 + away])) for away in (0.001, 0.1))
+    assert 0.0 < near < far < math.inf
+
+
 # ---------------------------------------------------------------------- eq. (11)
 
 
@@ -373,6 +485,7 @@ def test_the_zmp_must_lie_on_the_sole(zmp: Point, inside: bool) -> None:
         ("zmp_margin", math.inf, "zmp_margin must be a distance"),
         ("edge_tolerance", 0.0, r"edge_tolerance must lie between 0 and pi/2 rad, not 0\.0"),
         ("edge_tolerance", 5.0, r"edge_tolerance must lie between 0 and pi/2 rad, not 5\.0"),
+        ("edge_tolerance", math.pi / 2.0, r"edge_tolerance must lie between 0 and pi/2 rad, not 1\.57"),
         ("edge_tolerance", math.nan, "edge_tolerance must lie"),
         ("max_thrust", -1.0, r"max_thrust must be 0 N or more, not -1\.0"),
         ("max_thrust", math.inf, "max_thrust must be 0 N or more, not inf"),
@@ -381,6 +494,33 @@ def test_the_zmp_must_lie_on_the_sole(zmp: Point, inside: bool) -> None:
 def test_settings_out_of_range_are_refused(name: str, value: object, message: str) -> None:
     with pytest.raises(SettingsError, match=message):
         BalanceSettings(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("zmp_margin", 0.0), ("edge_tolerance", 1e-9), ("edge_tolerance", 1.57), ("max_thrust", 0.0)],
+)
+def test_settings_at_the_ends_of_their_range_are_accepted(name: str, value: float) -> None:
+    assert getattr(BalanceSettings(**{name: value}), name) == value
+
+
+def test_settings_stay_what_they_are() -> None:
+    with pytest.raises(FrozenInstanceError):
+        BalanceSettings().zmp_margin = 0.03
+
+
+@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize(
+    ("ankle", "room"), [((0.06, 0.0), 0.04), ((-0.05, 0.01), 0.02), ((0.03, 0.03), 0.02), ((0.03, -0.035), 0.015)]
+)
+def test_the_margin_leaves_the_ankle_wherever_it_stands_over_the_sole(
+    robot: Robot, side: Side, ankle: Point, room: float
+) -> None:
+    sole = (-ankle[0], -ankle[1], -0.06)
+    robot = replace(robot, **{side: robot.leg(side)._replace(sole=sole)})
+    assert BalanceSettings(zmp_margin=room - 1e-9).parameters(robot).zmp_margin < room
+    with pytest.raises(SettingsError, match=f"which is {room:.3g} m from the edge of the sole"):
+        BalanceSettings(zmp_margin=room + 1e-9).parameters(robot)
 
 
 def test_a_margin_that_leaves_no_sole_around_the_ankle_is_refused(robot: Robot) -> None:

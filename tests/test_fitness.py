@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import FrozenInstanceError
 
 import numpy as np
 import pytest
@@ -74,3 +75,8 @@ def test_settings_replace_the_numbers_of_the_paper() -> None:
 def test_settings_out_of_range_are_refused(name: str, value: float) -> None:
     with pytest.raises(SettingsError, match=f"{name} must be a finite number of 0 or more, not {value}"):
         FitnessSettings(**{name: value})
+
+
+def test_settings_stay_what_they_are() -> None:
+    with pytest.raises(FrozenInstanceError):
+        FitnessSettings().thrust_weight = 0.0

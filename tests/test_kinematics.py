@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +11,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from jet_gym.kinematics import BodyPoints, forward_kinematics, inverse_kinematics
+from jet_gym.kinematics import BodyPoints, forward_kinematics, inverse_kinematics, leg_inverse, within_limits
+from jet_gym.leg import Leg
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.urdf import Array, rotation_from_rpy
 
@@ -106,6 +107,13 @@ def test_mirrored_joints_give_mirrored_points(robot: Robot, rng: np.random.Gener
     for name in ("hips", "knees", "ankles", "soles", "fans"):
         np.testing.assert_allclose(getattr(other, name), getattr(body, name)[:, ::-1] * MIRROR, atol=1e-12)
     np.testing.assert_allclose(other.center_of_mass, body.center_of_mass * MIRROR, atol=1e-12)
+
+
+def test_points_stay_what_they_are_and_are_equal_to_themselves_alone(robot: Robot) -> None:
+    body, other = (forward_kinematics(robot, np.zeros(12)) for _ in range(2))
+    assert len({body, other, body}) == 2
+    with pytest.raises(FrozenInstanceError):
+        body.hips = other.hips
 
 
 # ---------------------------------------------------------------------- inverse
@@ -268,6 +276,63 @@ def test_a_sole_in_reach_is_placed_where_a_joint_has_no_definite_angle(
 
 
 @pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize("ahead", [0.3, -0.3, 0.0])
+def test_a_sole_turned_anyhow_is_placed_with_the_hip_on_the_axis_of_ankle_roll(
+    robot: Robot, rng: np.random.Generator, side: str, ahead: float
+) -> None:
+    for _ in range(50):
+        axes = rotation_from_rpy(*rng.uniform(-3.0, 3.0, 3))
+        sole = robot.leg(side).hip - axes @ [ahead, 0.0, 0.06]
+        found, out_of_reach = inverse_kinematics(robot, side, sole, axes)
+        assert out_of_reach == 0.0
+        assert_sole_is_placed(robot, side, found, sole, axes)
+
+
+@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize("quarter", [-0.5 * math.pi, 0.5 * math.pi])
+def test_with_hip_roll_of_a_quarter_turn_hip_pitch_does_what_yaw_does(
+    robot: Robot, rng: np.random.Generator, side: str, quarter: float
+) -> None:
+    joints = random_postures(robot, rng, 200)[:, LEG[side]]
+    joints[:, 1] = quarter
+    position, axes, _ = foot_of(robot, side, joints)
+    found, out_of_reach = inverse_kinematics(robot, side, position, axes)
+    np.testing.assert_allclose(out_of_reach, 0.0, atol=1e-12)
+    assert_sole_is_placed(robot, side, found, position, axes)
+    np.testing.assert_array_equal(found[:, 0], 0.0)
+
+
+UNLIKE = {"thigh": (0.03, 0.0, -0.17), "shank": (-0.02, 0.04, -0.22), "knee_direction": -1.0}
+
+
+@pytest.mark.parametrize("leg", [jet_hr1().left, jet_hr1().left._replace(**UNLIKE)], ids=["ours", "unlike"])
+@pytest.mark.parametrize("where", ["anywhere", "hip on the axis of ankle roll", "hip at the ankle", "hip roll"])
+def test_cosines_and_sines_are_those_of_an_angle(rng: np.random.Generator, leg: Leg, where: str) -> None:
+    """Planning asks a leg for them, never for its angles."""
+    checked = 0
+    for _ in range(100):
+        axes, hip = rotation_from_rpy(*rng.uniform(-3.0, 3.0, 3)), rng.normal(0.0, 0.25, 3)
+        if where == "hip on the axis of ankle roll":
+            hip[1:] = 0.0
+        elif where == "hip at the ankle":
+            hip[:] = 0.0
+        elif where == "hip roll":  # a quarter turn of it: the y axis behind ankle roll is the pelvis' z axis
+            lateral, y, z = leg.shank[1], hip[1], hip[2]
+            roll = math.atan2(y, z) + math.asin(min(max(lateral / math.hypot(y, z), -1.0), 1.0))
+            axes = rotation_from_rpy(0.0, 0.0, rng.uniform(-3.0, 3.0)) @ rotation_from_rpy(
+                0.5 * math.pi + roll, 0, 0
+            )
+        cosines, sines, _ = leg_inverse(leg, tuple(hip.tolist()), tuple(axes.ravel().tolist()))
+        if math.hypot(hip[1], hip[2]) < abs(leg.shank[1]):
+            continue  # no ankle roll brings the ankle below its hip
+        np.testing.assert_allclose(np.square(cosines) + np.square(sines), 1.0, atol=1e-9)
+        assert cosines[1] >= 0.0
+        assert where != "hip roll" or cosines[1] < 1e-9
+        checked += 1
+    assert checked > 50 or (leg.shank[1] != 0.0 and where in ("hip on the axis of ankle roll", "hip at the ankle"))
+
+
+@pytest.mark.parametrize("side", SIDES)
 def test_a_batch_of_soles_gives_what_they_give_one_by_one(
     robot: Robot, rng: np.random.Generator, side: str
 ) -> None:
@@ -292,6 +357,42 @@ def test_a_sole_is_level_where_no_axes_are_given(robot: Robot) -> None:
     assert_sole_is_placed(robot, "left", found[0], np.array(position), np.broadcast_to(np.eye(3), (2, 3, 3)))
 
 
+# ---------------------------------------------------------------------- limits, eq. (8)
+
+
+def leg_with_limits(leg: Leg, lower: Array, upper: Array) -> Leg:
+    middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
+    numbers = {
+        "lower": lower,
+        "upper": upper,
+        "range_cosines": np.cos(middle),
+        "range_sines": np.sin(middle),
+        "range_half_cosines": np.cos(half),
+    }
+    return leg._replace(**{name: tuple(values.tolist()) for name, values in numbers.items()})
+
+
+def is_within(leg: Leg, angles: Array) -> bool:
+    return within_limits(leg, tuple(np.cos(angles).tolist()), tuple(np.sin(angles).tolist()))
+
+
+def test_a_leg_is_within_its_limits_if_every_joint_is(robot: Robot, rng: np.random.Generator) -> None:
+    for _ in range(30):
+        lower = rng.uniform(-2.5, 1.5, 6)
+        upper = lower + rng.uniform(0.2, 2.0, 6)
+        leg = leg_with_limits(robot.left, lower, upper)
+        inside = rng.uniform(lower, upper)
+        assert is_within(leg, inside)
+        for joint in range(6):
+            one = np.arange(6) == joint
+            assert is_within(leg, np.where(one, lower, inside))
+            assert is_within(leg, np.where(one, upper, inside))
+            assert not is_within(leg, np.where(one, lower - 1e-6, inside))
+            assert not is_within(leg, np.where(one, upper + 1e-6, inside))
+            assert not is_within(leg, np.where(one, lower - 0.5, inside))
+            assert not is_within(leg, np.where(one, upper + 0.5, inside))
+
+
 # ---------------------------------------------------------------------- what is refused
 
 
@@ -312,6 +413,9 @@ def test_inverse_refuses_wrong_shapes(robot: Robot) -> None:
         inverse_kinematics(robot, "left", [0.0, 1.0])
     with pytest.raises(ValueError, match=r"sole_rotation must be finite with shape \(\.\.\., 3, 3\), not \(3,\)"):
         inverse_kinematics(robot, "left", [0.0, 0.1, -0.4], np.ones(3))
+    for shape in ((3, 4), (4, 3), (2, 2, 3)):
+        with pytest.raises(ValueError, match="sole_rotation must be finite with shape"):
+            inverse_kinematics(robot, "left", [0.0, 0.1, -0.4], np.ones(shape))
 
 
 def test_inverse_refuses_what_is_not_finite(robot: Robot) -> None:
