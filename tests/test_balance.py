@@ -484,6 +484,7 @@ def test_the_zmp_must_lie_on_the_sole(zmp: Point, inside: bool) -> None:
         ("zmp_margin", math.nan, "zmp_margin must be a distance"),
         ("zmp_margin", math.inf, "zmp_margin must be a distance"),
         ("edge_tolerance", 0.0, r"edge_tolerance must lie between 0 and pi/2 rad, not 0\.0"),
+        ("edge_tolerance", -0.1, r"edge_tolerance must lie between 0 and pi/2 rad, not -0\.1"),
         ("edge_tolerance", 5.0, r"edge_tolerance must lie between 0 and pi/2 rad, not 5\.0"),
         ("edge_tolerance", math.pi / 2.0, r"edge_tolerance must lie between 0 and pi/2 rad, not 1\.57"),
         ("edge_tolerance", math.nan, "edge_tolerance must lie"),
