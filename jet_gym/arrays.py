@@ -14,8 +14,8 @@ def finite_array(values: ArrayLike, name: str, width: int) -> Array:
     Raises:
         ValueError: If the last axis has another width or a number is not finite.
     """
-    array = np.ascontiguousarray(values, dtype=np.float64)
-    if array.ndim == 0 or array.shape[-1] != width:
+    array = np.ascontiguousarray(values, dtype=np.float64)  # has an axis at least
+    if array.shape[-1] != width:
         raise ValueError(f"{name} must have shape (..., {width}), not {array.shape}")
     if not np.isfinite(array).all():
         raise ValueError(f"{name} must be finite")
