@@ -512,14 +512,14 @@ def test_settings_stay_what_they_are() -> None:
 
 @pytest.mark.parametrize("side", SIDES)
 @pytest.mark.parametrize(
-    ("ankle", "room"), [((0.06, 0.0), 0.04), ((-0.05, 0.01), 0.02), ((0.03, 0.03), 0.02), ((0.03, -0.035), 0.015)]
+    ("ankle", "room"), [((0.06, 0.0), 0.04), ((-0.05, 0.01), 0.02), ((0.03, 0.03), 0.03), ((0.03, -0.035), 0.015)]
 )
 def test_the_margin_leaves_the_ankle_wherever_it_stands_over_the_sole(
     robot: Robot, side: Side, ankle: Point, room: float
 ) -> None:
-    sole = (-ankle[0], -ankle[1], -0.06)
-    robot = replace(robot, **{side: robot.leg(side)._replace(sole=sole)})
-    assert BalanceSettings(zmp_margin=room - 1e-9).parameters(robot).zmp_margin < room
+    leg = robot.leg(side)._replace(sole=(-ankle[0], -ankle[1], -0.06), sole_rectangle=(-0.07, 0.10, -0.05, 0.06))
+    robot = replace(robot, **{side: leg})
+    assert BalanceSettings(zmp_margin=room - 1e-9).parameters(robot).zmp_margin == room - 1e-9
     with pytest.raises(SettingsError, match=f"which is {room:.3g} m from the edge of the sole"):
         BalanceSettings(zmp_margin=room + 1e-9).parameters(robot)
 
