@@ -41,7 +41,7 @@ from agents.network import Chooses
 from agents.sb3_policy import ScaledObservation, ThrustPolicy, network_of
 from agents.training.callbacks import MODEL, Curriculum, Validate
 from agents.training.imitation import Imitation, ImitationSettings
-from agents.training.run_folder import describe_run, write_json
+from agents.training.run_folder import PROGRESS, describe_run, write_json
 from agents.training.scaling import observation_scale
 from agents.training.schedule import Geometric
 from agents.training.validation import TEST_SEED, VALIDATION_SEED, Score, StepSet
@@ -57,6 +57,7 @@ console = Console(stderr=True)
 _FIRST_SCALE_SEED = 900_000_000  # of the steps that give the scale of observations; training stays below
 _OBSERVED = tuple(component.name for component in COMPONENTS)
 _FIRST_IMITATION_SEED = 10_000_000  # of the steps that the expert plans
+_VALIDATE_ROUNDS = 5  # of imitation
 
 
 @dataclass(frozen=True)
@@ -174,7 +175,7 @@ def train(settings: TrainSettings) -> Score:
         write_json(folder / "run.json", about)
         model = _fresh_model(settings, envs)
         if settings.imitation.rounds > 0 and settings.start_from is None:
-            _imitate(model, settings)
+            _imitate(model, settings, validation, folder)
             console.print(f"after imitation: {validation.score(network_of(model.policy))}")
 
     def report(steps: int, score: Score) -> None:
@@ -256,7 +257,7 @@ def _fresh_model(settings: TrainSettings, envs: VecEnv) -> PPO:
     return model
 
 
-def _imitate(model: PPO, settings: TrainSettings) -> None:
+def _imitate(model: PPO, settings: TrainSettings, validation: StepSet, folder: Path) -> None:
     imitation = Imitation(
         model.policy,
         settings.imitation,
@@ -265,9 +266,20 @@ def _imitate(model: PPO, settings: TrainSettings) -> None:
         settings.difficulty,
     )
     columns = (TextColumn("imitating the expert"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    scores: list[dict[str, float]] = []
+    started = perf_counter()
     with Progress(*columns, TextColumn("{task.fields[error]}"), console=console) as bar:
         task = bar.add_task("imitation", total=settings.imitation.rounds, error="")
-        imitation.run(lambda done, error: bar.update(task, completed=done, error=f"error {error:.2f} mm"))
+
+        def note(done: int, error: float) -> None:
+            bar.update(task, completed=done, error=f"error {error:.2f} mm")
+            if done <= 3 or done % _VALIDATE_ROUNDS == 0:
+                score = dataclasses.asdict(validation.score(network_of(model.policy)))
+                reached = {"round": done, "states": imitation.states_seen}
+                scores.append({**reached, "seconds": round(perf_counter() - started, 1), **score})
+                write_json(folder / PROGRESS, {"imitation": scores})
+
+        imitation.run(note)
 
 
 def _go_on(settings: TrainSettings, envs: VecEnv, checkpoint: Path) -> tuple[PPO, dict[str, Any]]:

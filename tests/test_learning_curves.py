@@ -13,11 +13,17 @@ from agents.training import curves
 from jet_gym.figures.learning_curves import plot_learning_curves
 
 
-def run(last: int) -> list[dict[str, float]]:
-    return [
-        {"steps": steps, "seconds": steps / 1e4, "wins": steps / last, "median_ratio": 2.0, "violated_points": 0.0}
-        for steps in range(0, last + 1, 100_000)
-    ]
+def score(wins: float) -> dict[str, float]:
+    return {"wins": wins, "median_ratio": 2.0, "violated_points": 0.0}
+
+
+def run(last: int, rounds: int = 0) -> dict[str, list[dict[str, float]]]:
+    imitation = [{"round": n, "states": n * 1e5, "seconds": n, **score(0.0)} for n in range(1, rounds + 1)]
+    steps = range(0, last + 1, 100_000)
+    return {
+        "imitation": imitation,
+        "validations": [{"steps": n, "seconds": n / 1e4, **score(n / last)} for n in steps],
+    }
 
 
 def test_each_run_and_their_median_are_drawn() -> None:
@@ -29,8 +35,15 @@ def test_each_run_and_their_median_are_drawn() -> None:
     assert median.get_ydata()[-1] == pytest.approx(100.0 * 4 / 6)
 
 
+def test_ppo_comes_after_imitation() -> None:
+    figure = plot_learning_curves([run(400_000, rounds=3), run(400_000, rounds=3)])
+    median = figure.axes[0].lines[-1]
+    assert list(median.get_xdata()) == pytest.approx([0.1, 0.2, 0.3, 0.3, 0.4, 0.5, 0.6, 0.7])
+    assert list(median.get_ydata()) == pytest.approx([0, 0, 0, 0, 25, 50, 75, 100])
+
+
 def test_nothing_to_draw_is_refused() -> None:
-    for runs in ([], [[]]):
+    for runs in ([], [{"imitation": [], "validations": []}]):
         with pytest.raises(ValueError, match="at least one run"):
             plot_learning_curves(runs)
 
@@ -38,10 +51,10 @@ def test_nothing_to_draw_is_refused() -> None:
 def test_the_command_draws_folders_of_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "progress.json").write_text(json.dumps({"validations": run(300_000)}))
+    (tmp_path / "progress.json").write_text(json.dumps(run(300_000, rounds=60)))
     monkeypatch.setattr(sys, "argv", ["curves", str(tmp_path), "--plot", str(tmp_path / "a.png")])
     assert curves.main() == 0
-    assert "300,000 steps, 0.5 min of PPO, below GAS on 100% of steps" in capsys.readouterr().out
+    assert "300,000 steps of PPO, 1.5 min in all, below GAS on 100% of steps" in capsys.readouterr().out
     assert (tmp_path / "a.png").stat().st_size > 10_000
 
 

@@ -272,7 +272,10 @@ def test_train_from_nothing_to_a_judged_policy_and_on_again(tmp_path: Path) -> N
     network = load_policy(folder / "best" / "policy.npz")
     assert network.about["validation"]["total_fitness"] > 0.0
     assert list((folder / "tensorboard").glob("events*"))
-    validations = json.loads((folder / "progress.json").read_text())["validations"]
+    progress = json.loads((folder / "progress.json").read_text())
+    assert [row["round"] for row in progress["imitation"]] == [1, 2]
+    assert 0 < progress["imitation"][0]["states"] < progress["imitation"][1]["states"]
+    validations = progress["validations"]
     assert [row["steps"] for row in validations] == sorted({row["steps"] for row in validations})
     assert train(*TINY, "--output", str(folder)) == 2  # there is a run in it already
     assert train("--resume", str(folder)) == 0  # done, and judged again

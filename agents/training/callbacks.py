@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -15,7 +14,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 from agents.network import PolicyNetwork
 from agents.sb3_policy import network_of
-from agents.training.run_folder import write_json
+from agents.training.run_folder import PROGRESS, read_progress, write_json
 from agents.training.schedule import Geometric
 from agents.training.validation import Score, StepSet
 from agents.training.vec_env import StepVecEnv
@@ -114,8 +113,7 @@ class Validate(BaseCallback):
 
     def _on_training_start(self) -> None:
         self._next = self.num_timesteps
-        path = self._folder / "progress.json"
-        noted = json.loads(path.read_text())["validations"] if path.exists() else []
+        noted = read_progress(self._folder)["validations"]
         self._seconds_before = noted[-1]["seconds"] if noted else 0.0
         self._started = perf_counter()
 
@@ -149,9 +147,8 @@ class Validate(BaseCallback):
 
     def _note(self, score: Score) -> None:
         """Add a score to the run's progress, in place of what a run that is resumed noted after its checkpoint."""
-        path = self._folder / "progress.json"
-        noted = json.loads(path.read_text())["validations"] if path.exists() else []
-        noted = [row for row in noted if row["steps"] < self.num_timesteps]
+        progress = read_progress(self._folder)
+        noted = [row for row in progress["validations"] if row["steps"] < self.num_timesteps]
         seconds = self._seconds_before + perf_counter() - self._started
         noted.append({"steps": self.num_timesteps, "seconds": round(seconds, 1)} | dataclasses.asdict(score))
-        write_json(path, {"validations": noted})
+        write_json(self._folder / PROGRESS, progress | {"validations": noted})

@@ -6,10 +6,10 @@ python -m agents.training.curves runs/*-seed* --plot docs/images/learning-curves
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from pathlib import Path
 
+from agents.training.run_folder import PROGRESS, read_progress
 from jet_gym.figures.learning_curves import plot_learning_curves
 from jet_gym.figures.style import check_figure_path, save_figure
 
@@ -22,15 +22,18 @@ def main() -> int:
     arguments = parser.parse_args()
     try:
         path = check_figure_path(arguments.plot)
-        runs = [json.loads((run / "progress.json").read_text())["validations"] for run in arguments.runs]
+        for run in arguments.runs:
+            if not (run / PROGRESS).exists():
+                raise ValueError(f"{run} holds no run")
+        runs = [read_progress(run) for run in arguments.runs]
         save_figure(plot_learning_curves(runs), path)
     except (OSError, ValueError, KeyError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
     for folder, run in zip(arguments.runs, runs, strict=True):
-        last = run[-1]
+        last, seconds = run["validations"][-1], sum(part[-1]["seconds"] for part in run.values() if part)
         print(
-            f"{folder}: {last['steps']:,} steps, {last['seconds'] / 60:.1f} min of PPO, below GAS on "
+            f"{folder}: {last['steps']:,} steps of PPO, {seconds / 60:.1f} min in all, below GAS on "
             f"{last['wins']:.0%} of steps, {last['violated_points']:.2%} of points violated"
         )
     return 0

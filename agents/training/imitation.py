@@ -141,6 +141,7 @@ class Imitation:
         self._steps: list[Step] = []
         self._paths: list[Array] = []
         self._memory: list[Labelled] = []
+        self._labelled = 0
         actor = (*policy.mlp_extractor.policy_net.parameters(), *policy.action_net.parameters())
         self._optimizer = torch.optim.Adam(actor, lr=settings.learning_rate)
         self._task = TaskModel(difficulty=difficulty)
@@ -151,6 +152,11 @@ class Imitation:
     def steps_seen(self) -> int:
         """Steps that the expert has planned."""
         return len(self._steps)
+
+    @property
+    def states_seen(self) -> int:
+        """States that were labelled."""
+        return self._labelled
 
     def run(self, progress: Callable[[int, float], None]) -> None:
         """Imitate; ``progress`` is told each round's number and its mean error [mm]."""
@@ -163,6 +169,7 @@ class Imitation:
                 count = min(settings.episodes, len(self._steps))
                 chosen = self._random.choice(len(self._steps), count, replace=False)
                 self._memory.append(self._act_and_label(chosen.tolist(), share_of_expert, self._act))
+                self._labelled += len(self._memory[-1].units)
                 self._forget()
                 for group in self._optimizer.param_groups:
                     group["lr"] = settings.learning_rate * (1.0 - number / settings.rounds)

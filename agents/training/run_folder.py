@@ -14,6 +14,7 @@ from typing import Any
 
 from jet_gym.files import write_whole
 
+PROGRESS = "progress.json"
 _PACKAGES = ("jet-gym", "gymnasium", "stable-baselines3", "torch", "numpy", "numba", "pybullet")
 
 
@@ -37,6 +38,13 @@ def git_revision() -> str | None:
         return revision + ("+" if _git(folder, "status", "--porcelain", "--untracked-files=no") else "")
     except (OSError, subprocess.SubprocessError):
         return None
+
+
+def read_progress(folder: Path) -> dict[str, list[dict[str, float]]]:
+    """Return what the validations of a run scored so far: ``imitation`` and ``validations``, the latter of PPO."""
+    path = folder / PROGRESS
+    noted: dict[str, list[dict[str, float]]] = json.loads(path.read_text()) if path.exists() else {}
+    return {"imitation": noted.get("imitation", []), "validations": noted.get("validations", [])}
 
 
 def write_json(path: Path, content: dict[str, Any]) -> None:
