@@ -16,8 +16,9 @@ from sphinx.application import Sphinx
 TITLES = {  # of a layer, by its first module
     "jet_gym.cli": "command line",
     "jet_gym.reproduction": "reproduction and studio",
-    "agents.training": "training and studies",
+    "agents.training": "training",
     "jet_gym.figures": "figures",
+    "agents.studies": "studies",
     "jet_gym.envs": "environments",
     "jet_gym.simulation": "simulation",
     "agents.planner": "planners",

@@ -3,34 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from jet_gym.figures import style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from agents.studies.calculation_time import PointTime
+
 _OTHER_COLOR = "#9A9A9A"
-
-
-class PointTime(Protocol):
-    """How long one swing point takes, as :mod:`agents.studies.calculation_time` measures it."""
-
-    @property
-    def name(self) -> str:
-        """Planner or optimiser."""
-
-    @property
-    def seconds(self) -> float:
-        """Median processor time [s]."""
-
-    @property
-    def ratio(self) -> float:
-        """That over the time of the first row."""
-
-    @property
-    def off_the_shelf(self) -> bool:
-        """Whether it is another library's."""
 
 
 def plot_calculation_time(rows: Sequence[PointTime]) -> Figure:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,56 +14,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from agents.studies.estimates import EstimateRow
+
 _LOOKS = {"side": ("#0072B2", "o"), "forward": ("#D55E00", "s")}
 _DITCH_COLOR = "#009E73"
-
-
-class PeakSummary(Protocol):
-    """Figures over the seeds."""
-
-    @property
-    def peak_thrust(self) -> Interval:
-        """Largest thrust [N]."""
-
-
-class EstimateRow(Protocol):
-    """The robot with one number changed, such as the rows of :func:`agents.studies.estimates.study_estimates`."""
-
-    @property
-    def quantity(self) -> str:
-        """What varies."""
-
-    @property
-    def value(self) -> float:
-        """Its value."""
-
-    @property
-    def unit(self) -> str:
-        """The value's unit."""
-
-    @property
-    def is_estimate(self) -> bool:
-        """Whether it is the value that this package takes."""
-
-    @property
-    def side(self) -> PeakSummary:
-        """GAS on the step to the side."""
-
-    @property
-    def forward(self) -> PeakSummary:
-        """GAS on the step across the ditch."""
-
-    @property
-    def side_ga(self) -> PeakSummary:
-        """GA on the step to the side."""
-
-    @property
-    def forward_ga(self) -> PeakSummary:
-        """GA on the step across the ditch."""
-
-    @property
-    def greatest_ditch(self) -> float:
-        """Width of the widest ditch [m]."""
 
 
 def plot_estimates(rows: Sequence[EstimateRow], max_thrust: float, ditch: float) -> Figure:

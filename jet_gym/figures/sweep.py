@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
+from agents.studies.sweep import UNITS
 from jet_gym.figures import style
 from jet_gym.fitness import FitnessSettings
 from jet_gym.statistics import Interval
@@ -14,46 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-
-class SweepSummary(Protocol):
-    """Figures over the seeds, each a mean with its 95 % interval."""
-
-    @property
-    def planner(self) -> str:
-        """Name of the planner, such as ``"gas"``."""
-
-    @property
-    def mean_thrust(self) -> Interval:
-        """Mean thrust over the swing points [N]."""
-
-    @property
-    def peak_thrust(self) -> Interval:
-        """Largest thrust [N]."""
-
-    @property
-    def pelvis_roughness(self) -> Interval:
-        """Root mean square second difference of the pelvis path [m]."""
-
-    @property
-    def thrust_roughness(self) -> Interval:
-        """Root mean square second difference of the thrust [N]."""
-
-
-class SweepRow(Protocol):
-    """One smoothness weight on one motion, such as the rows of :func:`agents.studies.sweep.sweep_smoothness`."""
-
-    @property
-    def motion(self) -> str:
-        """Name of the motion, such as ``"side"`` or ``"forward"``."""
-
-    @property
-    def smoothness_weight(self) -> float:
-        """Weight omega [1/m^2]; zero is the planner without the smoothness term, GA."""
-
-    @property
-    def summary(self) -> SweepSummary:
-        """Figures over the seeds."""
-
+    from agents.studies.sweep import SweepRow
 
 _QUANTITIES = (
     ("mean_thrust", "mean thrust [N]", 1.0),
@@ -62,8 +24,6 @@ _QUANTITIES = (
     ("thrust_roughness", "roughness of the thrust [N]", 1.0),
 )
 _MOTION_LOOKS = (("#0072B2", "o"), ("#D55E00", "s"), ("#009E73", "^"), ("#B5338A", "D"))
-_ROUND_UNITS = {50.0: "m²", 5e3: "dm²", 5e5: "cm²", 5e7: "mm²"}
-"""Weights [1/m^2] that are the paper's 50 in a round unit of area."""
 
 
 def plot_smoothness_sweep(rows: Sequence[SweepRow]) -> Figure:
@@ -153,14 +113,14 @@ def _mark_weights(panel: Axes, named: bool) -> None:
     """Mark the weights that are 50 in a round unit, and the default, as far as the axis reaches."""
     low, high = panel.get_xlim()
     default = FitnessSettings().smoothness_weight
-    for weight in sorted({*_ROUND_UNITS, default}):
+    for weight in sorted({*UNITS, default}):
         if not low <= weight <= high:
             continue
         is_default = weight == default
         color = style.INK if is_default else style.FAINT_INK
         panel.axvline(weight, color=color, linewidth=1.2, linestyle="-" if is_default else ":", zorder=1.0)
         if named:
-            text = f"50 per {_ROUND_UNITS[weight]}" if weight in _ROUND_UNITS else f"{weight:g}"
+            text = UNITS.get(weight, f"{weight:g}")
             panel.annotate(
                 text + ("\n(default)" if is_default else ""),
                 (weight, 1.0),
