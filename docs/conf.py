@@ -10,7 +10,7 @@ from jet_gym import __version__  # noqa: E402
 
 project = "jet_gym"
 author = "The jet_gym developers"
-copyright = f"MIT licence, {author}"
+copyright = f"{author}, MIT licence"
 version = release = __version__
 
 extensions = [

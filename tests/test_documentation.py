@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import inspect
 import json
 import os
 import re
@@ -177,6 +178,18 @@ def test_recipes_of_the_makefile_are_parsed() -> None:
     for command in commands:
         if not re.search("docs/_pictures| -c ", command):
             check_command(words_of(command.replace("$seed", "1"))[1])
+
+
+def test_rows_of_the_environments_tables_are_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The docstring breaks long cells; a page would show the rest of them as rows of their own."""
+    pytest.importorskip("sphinx")
+    monkeypatch.syspath_prepend(str(ROOT / "docs/_extensions"))
+    extension = importlib.import_module("environment_page")
+    page = extension._as_markdown(inspect.cleandoc(extension.JetHR1StepEnv.__doc__))
+    rows = [line for line in page.splitlines() if line.startswith("|")]
+    assert len(rows) > 60
+    assert not [line for line in rows if line.startswith("| |")]
+    assert "pushes; there is no IMU here to disturb |" in page
 
 
 def test_fields_of_files_are_documented() -> None:

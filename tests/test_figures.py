@@ -16,6 +16,7 @@ from jet_gym import JetGymError, Step
 from jet_gym.courses import PAPER
 from jet_gym.figures import (
     check_figure_path,
+    plot_estimates,
     plot_locomotion,
     plot_smoothness_sweep,
     plot_trajectories,
@@ -245,6 +246,23 @@ def test_an_unknown_suffix_is_refused_before_anything_is_drawn(tmp_path: Path, n
         assert isinstance(caught.value, JetGymError)
         assert name in str(caught.value)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("highest", [9.0, 31.0])
+def test_estimates_show_every_peak_and_the_limit(highest: float) -> None:
+    """A peak above the fan's limit is what the study is for."""
+    peaks = [SimpleNamespace(peak_thrust=Interval(top - 1.0, top - 2.0, top)) for top in (6.0, 8.0, highest)]
+    names = {"side": peaks[0], "side_ga": peaks[0], "forward": peaks[1], "forward_ga": peaks[2]}
+    rows: list[Any] = [
+        SimpleNamespace(
+            quantity="pelvis mass", value=value, unit="kg", is_estimate=value == 2.8, greatest_ditch=0.5, **names
+        )
+        for value in (2.0, 2.8)
+    ]
+    figure = plot_estimates(rows, 23.0, 0.45)
+    bottom, top = figure.axes[0].get_ylim()
+    assert bottom == 0.0
+    assert max(23.0, highest) < top < 1.2 * max(23.0, highest)
 
 
 def test_a_missing_folder_is_refused_up_front(tmp_path: Path) -> None:

@@ -14,8 +14,13 @@ def _write_page(app: Sphinx) -> None:
     folder = Path(app.srcdir) / "_generated"
     folder.mkdir(exist_ok=True)
     text = inspect.cleandoc(JetHR1StepEnv.__doc__ or "")
-    text = re.sub(r":\w+:`([^`]+)`", r"`\1`", text)  # a role of reStructuredText
-    (folder / "jet_hr1_step.md").write_text(text + "\n", encoding="utf-8")
+    (folder / "jet_hr1_step.md").write_text(_as_markdown(text) + "\n", encoding="utf-8")
+
+
+def _as_markdown(text: str) -> str:
+    """Return a docstring without roles of reStructuredText, each row of a table on one line."""
+    text = re.sub(r":\w+:`([^`]+)`", r"`\1`", text)
+    return re.sub(r" \|\n\|(?: \|)+ (?=\S)", " ", text)
 
 
 def _link_to_page(_app: Sphinx, _what: str, name: str, _object: Any, _options: Any, lines: list[str]) -> None:

@@ -178,7 +178,7 @@ def _require_feasible(step: Step, plans: list[Plan], balance: BalanceSettings) -
 def _title(job: Job) -> str:
     step = job.step
     start, landing = (", ".join(f"{value:g}" for value in point) for point in (step.start, step.landing))
-    return f"{job.motion}: {step.swing} foot from ({start}) to ({landing}) m, {step.points} swing points"
+    return f"{job.motion}: {step.swing} foot from ({start}) to ({landing}) m, {step.points} points"
 
 
 def _point_table(plan: Plan) -> Table:

@@ -125,7 +125,8 @@ def _prepare(axes: Any, limits: tuple[Array, Array]) -> None:
             axis.set_label_text(f"{name} [mm]", fontsize=style.LABEL_SIZE, color=style.INK)
         axis.set_pane_color("#F7F7F7")
         axis.line.set_color(style.FAINT_INK)
-    axes.text2D(0.985, 0.80, "z [mm]", transform=axes.transAxes, fontsize=style.LABEL_SIZE, color=style.INK)
+    above = (*high[:2], high[2] + 0.09 * (high[2] - low[2]))  # matplotlib's own label falls upon the numbers
+    axes.text(*above, "z [mm]", fontsize=style.LABEL_SIZE, color=style.INK, ha="center")
     axes.tick_params(labelsize=style.TEXT_SIZE - 1.0, labelcolor=style.INK, pad=1.0)
 
 
@@ -158,8 +159,9 @@ def _draw_robot(axes: Any, space: BalanceSpace, robot: Robot) -> None:
     x, y, z = (f"{1e3 * value + 0.0:g}".replace("-", "\u2212") for value in space.support)
     place = 1e3 * np.array(space.support)
     axes.text(
-        place[0] - 110.0, place[1] - 120.0, place[2], f"support foot\n({x}, {y}, {z})", fontsize=style.TEXT_SIZE,
+        place[0] - 110.0, place[1] - 120.0, place[2], f"support foot\n({x}, {y}, {z}) mm", fontsize=style.TEXT_SIZE,
         color=style.INK, zorder=7.0, ha="right", va="center",
+        bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.5},
     )  # fmt: skip
 
 

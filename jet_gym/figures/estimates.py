@@ -45,7 +45,7 @@ def plot_estimates(rows: Sequence[EstimateRow], max_thrust: float, ditch: float)
         style.label_axes(
             panels[1, column], f"{quantity} [{chosen[0].unit}]", "greatest ditch [mm]" if first else ""
         )
-        panels[0, column].set_ylim(0.0, 1.12 * max_thrust)
+        panels[0, column].set_ylim(0.0, max(1.12 * max_thrust, 1.04 * _highest_peak(rows)))
         for panel in panels[:, column]:
             for row in chosen:
                 if row.is_estimate:
@@ -60,6 +60,12 @@ def plot_estimates(rows: Sequence[EstimateRow], max_thrust: float, ditch: float)
         "one number changes at a time; dotted: the value that is taken here, dashed: the paper's limit and ditch",
     )
     return figure
+
+
+def _highest_peak(rows: Sequence[EstimateRow]) -> float:
+    """Return the upper end of the highest interval of peak thrusts that were measured [N]."""
+    summaries = (getattr(row, name) for row in rows for name in ("side", "forward", "side_ga", "forward_ga"))
+    return max((high for high in (one.peak_thrust.high for one in summaries) if np.isfinite(high)), default=0.0)
 
 
 def _draw_thrust(panel: Axes, rows: Sequence[EstimateRow], max_thrust: float) -> None:
