@@ -28,6 +28,11 @@ class Interval:
     low: float
     high: float
 
+    @property
+    def reach(self) -> float:
+        """How far it reaches from the mean, on its longer side."""
+        return max(self.high - self.mean, self.mean - self.low)
+
 
 def bootstrap_mean(values: Sequence[float], seed: int = 0) -> Interval:
     """Return the mean of a sample and its 95 % percentile bootstrap interval.

@@ -81,8 +81,7 @@ def summary_table(title: str, summaries: Sequence[PlanSummary]) -> Table:
 def number(interval: Interval, digits: int, scale: float = 1.0) -> str:
     """Return a mean and, where it has a 95 % interval, below it how far that reaches on its longer side."""
     mean = f"{scale * interval.mean:.{digits}f}"
-    reach = scale * max(interval.high - interval.mean, interval.mean - interval.low)
-    return f"{mean}\n[dim]±{reach:.{digits}f}[/dim]" if reach > 0.0 else mean
+    return f"{mean}\n[dim]±{scale * interval.reach:.{digits}f}[/dim]" if interval.reach > 0.0 else mean
 
 
 def plain_table(title: str) -> Table:

@@ -82,7 +82,7 @@ def _draw_trade(axes: Axes, time: Interval, gap: Interval, look: style.CurveStyl
     low, high = max(100.0 * gap.low, _LEAST_GAP), max(100.0 * gap.high, _LEAST_GAP)
     axes.errorbar(
         [time.mean], [height],
-        xerr=[[max(time.mean - time.low, 0.0)], [max(time.high - time.mean, 0.0)]],
+        xerr=style.error_bars([time]),
         yerr=[[max(height - low, 0.0)], [max(high - height, 0.0)]],
         color=look.color, marker=marker, markersize=8.0, capsize=3.0, zorder=3.0,
     )  # fmt: skip

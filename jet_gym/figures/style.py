@@ -7,9 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from jet_gym.arrays import Array
 from jet_gym.errors import SettingsError
 from jet_gym.files import check_writable, write_whole_with
 from jet_gym.leg import opposite
+from jet_gym.statistics import Interval
 from jet_gym.step import Step
 
 if TYPE_CHECKING:
@@ -134,6 +138,13 @@ def achieved_zmp_marker(strength: float) -> dict[str, Any]:
         "markeredgecolor": "white",
         "markeredgewidth": 0.6,
     }
+
+
+def error_bars(intervals: Sequence[Interval], scale: float = 1.0) -> Array:
+    """Return how far intervals reach below and above their means (2, N), as ``Axes.errorbar`` takes them."""
+    below = [max(interval.mean - interval.low, 0.0) for interval in intervals]
+    above = [max(interval.high - interval.mean, 0.0) for interval in intervals]
+    return scale * np.array([below, above])
 
 
 def new_figure(width: float, height: float) -> Figure:

@@ -83,12 +83,10 @@ def _draw_motion(panel: Axes, rows: Sequence[SweepRow], name: str, scale: float,
     if curve:
         intervals: list[Interval] = [getattr(row.summary, name) for row in curve]
         means = [scale * interval.mean for interval in intervals]
-        below = [scale * max(interval.mean - interval.low, 0.0) for interval in intervals]
-        above = [scale * max(interval.high - interval.mean, 0.0) for interval in intervals]
         panel.errorbar(
             [row.smoothness_weight for row in curve],
             means,
-            yerr=[below, above],
+            yerr=style.error_bars(intervals, scale),
             color=color,
             marker=marker,
             markersize=5.5,

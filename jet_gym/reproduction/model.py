@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Literal
 
-from jet_gym.errors import SettingsError
+from jet_gym.errors import require_within
 from jet_gym.progress import Progress
 from jet_gym.statistics import Interval
 
@@ -40,10 +40,8 @@ class Settings:
     def __post_init__(self) -> None:
         """Refuse settings outside of what is allowed."""
         for name in (field.name for field in fields(self)):
-            value = getattr(self, name)
             least = {"seed": 0, "plans": 2, "space_resolution": 5.0, "thrust_resolution": 5.0}.get(name, 1)
-            if isinstance(value, bool) or not least <= value <= 1e6:
-                raise SettingsError(f"{name} must lie between {least} and 1e6, not {value}")
+            require_within(name, getattr(self, name), least, 1e6)
 
     def quick(self) -> Settings:
         """Return settings that take a tenth of the time."""
@@ -137,9 +135,8 @@ def verdict(holds: bool) -> Verdict:
 
 def with_interval(interval: Interval, digits: int, scale: float = 1.0) -> str:
     """Return a mean and how far its 95 % interval reaches on its longer side."""
-    reach = scale * max(interval.high - interval.mean, interval.mean - interval.low)
     mean = f"{scale * interval.mean:.{digits}f}"
-    return f"{mean} ± {reach:.{digits}f}" if reach > 0.0 else mean
+    return f"{mean} ± {scale * interval.reach:.{digits}f}" if interval.reach > 0.0 else mean
 
 
 def listed(words: Sequence[str]) -> str:

@@ -9,27 +9,17 @@ import numpy as np
 from agents.genetic import INITIAL_PHASE, GeneticSettings
 from agents.planner import make_planner
 from agents.studies.claims import SLIGHTLY, ClaimsReport, measure_claims
-from agents.studies.sweep import sweep_smoothness
 from agents.summary import PlanSummary, summarize
 from jet_gym.arrays import Array
 from jet_gym.balance_space import least_thrust_of_step
 from jet_gym.courses import DITCH_SPAN, PAPER
-from jet_gym.figures import plot_locomotion, plot_smoothness_sweep, plot_trajectories, png_bytes
+from jet_gym.figures import plot_locomotion, plot_trajectories, png_bytes
 from jet_gym.fitness import FitnessSettings
 from jet_gym.joint_torques import static_torques
 from jet_gym.plan import Plan
 from jet_gym.posture import evaluate_postures
 from jet_gym.progress import Progress
-from jet_gym.reproduction.model import (
-    Chapter,
-    Claim,
-    Picture,
-    Settings,
-    Table,
-    listed,
-    verdict,
-    with_interval,
-)  # fmt: skip
+from jet_gym.reproduction.model import Chapter, Claim, Picture, Settings, Table, listed, verdict, with_interval
 from jet_gym.step import Step
 
 PLANNERS = ("gas", "ga", "gaex")
@@ -70,27 +60,6 @@ def planning_chapter(settings: Settings, report: Progress) -> Chapter:
         ),
         tables=(_parameters(), *(_comparison(motion, result, optima[motion]) for motion in _MOTIONS)),
         pictures=tuple(_pictures(plans)),
-    )
-
-
-def smoothness_chapter(settings: Settings, report: Progress) -> Chapter:
-    """Show how the unit of omega was settled."""
-    rows = sweep_smoothness(settings.seeds(settings.study_plans), progress=report)
-    return Chapter(
-        "smoothness",
-        "The smoothness weight",
-        (
-            "The paper prints omega = 50 and no unit. Per m² it does nothing, per mm² it freezes the pelvis; per "
-            "cm² it trades thrust against smoothness, and that is what is taken.",
-        ),
-        pictures=(
-            Picture(
-                "smoothness-weight",
-                "What the smoothness weight does",
-                "Thrust and roughness of GAS over the smoothness weight, with GA beside it.",
-                png_bytes(plot_smoothness_sweep(rows)),
-            ),
-        ),
     )
 
 

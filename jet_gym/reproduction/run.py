@@ -19,9 +19,10 @@ from jet_gym.reproduction.estimates import estimates_chapter
 from jet_gym.reproduction.experiment import experiment_chapter
 from jet_gym.reproduction.model import Chapter, Settings, Table
 from jet_gym.reproduction.page import render_page
-from jet_gym.reproduction.planning import planning_chapter, smoothness_chapter
+from jet_gym.reproduction.planning import planning_chapter
 from jet_gym.reproduction.robot import robot_chapter
 from jet_gym.reproduction.robustness import robustness_chapter
+from jet_gym.reproduction.smoothness import smoothness_chapter
 from jet_gym.reproduction.space import space_chapter
 from jet_gym.reproduction.timing import timing_chapter
 
