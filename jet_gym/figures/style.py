@@ -17,7 +17,7 @@ from jet_gym.statistics import Interval
 from jet_gym.step import Step
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
