@@ -73,11 +73,10 @@ def _draw_thrust(panel: Axes, rows: Sequence[EstimateRow], max_thrust: float) ->
     for motion, (color, marker) in _LOOKS.items():
         for name, suffix, line in (("GAS", "", "-"), ("GA", "_ga", (0, (2, 1.5)))):
             peaks: list[Interval] = [getattr(row, motion + suffix).peak_thrust for row in rows]
-            means = np.array([peak.mean for peak in peaks])
             panel.errorbar(
-                values, means, yerr=style.error_bars(peaks), color=color, marker=marker, markersize=4.5, linewidth=1.5,
-                capsize=3.0, linestyle=line, markerfacecolor=color if name == "GAS" else "white",
-                label=f"{name}, {motion}",
+                values, [peak.mean for peak in peaks], yerr=style.error_bars(peaks),
+                color=color, marker=marker, markersize=4.5, linewidth=1.5, capsize=3.0, linestyle=line,
+                markerfacecolor=color if name == "GAS" else "white", label=f"{name}, {motion}",
             )  # fmt: skip
     panel.axhline(max_thrust, color=style.LIMIT_COLOR, linewidth=1.2, linestyle=(0, (4, 2)))
 
