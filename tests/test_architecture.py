@@ -82,6 +82,14 @@ def test_every_module_has_a_layer(layers_picture: ModuleType) -> None:
     assert layered == there
 
 
+def test_the_readme_says_of_every_module_what_it_is_for() -> None:
+    _, _, table = (ROOT / "README.md").read_text(encoding="utf-8").partition("## Where things are")
+    for package in (jet_gym, agents):
+        for found in pkgutil.iter_modules(package.__path__):
+            name = f"`{found.name}.py`" if not found.ispkg else f"`{package.__name__}/{found.name}/`"
+            assert name in table or f"`{package.__name__}/{found.name}.py`" in table, name
+
+
 def test_picture_has_every_layer_and_no_import_that_leads_upward(layers_picture: ModuleType) -> None:
     svg = ElementTree.fromstring(layers_picture.picture())
     words = "".join(svg.itertext())
