@@ -85,6 +85,14 @@ def test_actions_beyond_the_box_are_clipped(make_env: Any) -> None:
     )
 
 
+def test_before_the_first_reset_there_is_no_step_and_nothing_to_see(make_env: Any) -> None:
+    env = make_env(physics="quasistatic", render_mode="rgb_array").unwrapped
+    with pytest.raises(ResetNeeded, match="no step before"):
+        _ = env.current_step
+    with pytest.raises(ResetNeeded, match="nothing to see before"):
+        env.render()
+
+
 def test_a_step_before_the_beginning_or_after_the_end_is_refused(make_env: Any) -> None:
     env = make_env(physics="quasistatic", step=replace(SIDE, points=2)).unwrapped
     with pytest.raises(ResetNeeded):
