@@ -95,4 +95,4 @@ learning-curves: .venv/full.installed  ## five seeds trained, in an hour, and th
 	@$(PYTHON) -m venv .venv
 
 clean:
-	rm -rf .venv demo reproduction dist build docs/_build docs/_generated .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf .venv demo reproduction dist build docs/_build docs/_generated .coverage* .pytest_cache .mypy_cache .ruff_cache .hypothesis
