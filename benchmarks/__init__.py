@@ -1,6 +1,6 @@
 """How fast jet_gym is, beside what one would take instead: ``python -m benchmarks`` runs everything.
 
-Each of ``python -m benchmarks.postures``, ``benchmarks.genetic`` and ``benchmarks.startup`` runs alone too.
+Each benchmark runs alone too, such as ``python -m benchmarks.postures``.
 Libraries get one thread each, which has to be said before NumPy loads.
 """
 

@@ -31,8 +31,8 @@ from jet_gym.joint_torques import static_torques
 from jet_gym.kinematics import forward_kinematics, inverse_kinematics
 from jet_gym.leg import SIDES
 from jet_gym.posture import Postures, evaluate_postures
-from jet_gym.simulation.camera import Camera, CameraSettings
-from jet_gym.simulation.shading import FAR_AWAY, floor_of, shade
+from jet_gym.simulation.pictures.camera import Camera, CameraSettings
+from jet_gym.simulation.pictures.shading import FAR_AWAY, floor_of, shade
 from jet_gym.task.drawing import draw_random_steps
 from jet_gym.task.lanes import Lanes
 from jet_gym.task.model import TaskModel

@@ -14,9 +14,9 @@ from jet_gym.courses import PAPER
 from jet_gym.errors import SettingsError
 from jet_gym.posture import evaluate_postures
 from jet_gym.simulation import CameraSettings, Overlay, Renderer, World, WorldStateError
-from jet_gym.simulation.camera import Camera
-from jet_gym.simulation.overlay import METERS_PER_NEWTON
-from jet_gym.simulation.shading import FAR_AWAY, SHADE, Floor, ditch_of, shade
+from jet_gym.simulation.pictures.camera import Camera
+from jet_gym.simulation.pictures.overlay import METERS_PER_NEWTON
+from jet_gym.simulation.pictures.shading import FAR_AWAY, SHADE, Floor, ditch_of, shade
 from jet_gym.step import Step
 
 pytest.importorskip("pybullet")

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from jet_gym.plan import Plan
     from jet_gym.simulation.diagnosis import Summary
-    from jet_gym.simulation.film import FilmSettings
     from jet_gym.simulation.history import Execution
+    from jet_gym.simulation.pictures.film import FilmSettings
 
 _PAPER = "paper"
 FELL = 1
@@ -66,7 +66,7 @@ def simulate_command(
     from jet_gym.files import check_writable
     from jet_gym.simulation.bullet import require_bullet
     from jet_gym.simulation.execution import ExecutionSettings, execute
-    from jet_gym.simulation.film import FilmSettings, check_film_path, film
+    from jet_gym.simulation.pictures.film import FilmSettings, check_film_path, film
 
     require_bullet()
     settings = with_changes(ExecutionSettings(thrust=thrust), changes)

@@ -15,7 +15,7 @@ from jet_gym.task.model import TaskModel
 from jet_gym.task.transition import Transition
 
 if TYPE_CHECKING:
-    from jet_gym.simulation.renderer import Renderer
+    from jet_gym.simulation.pictures.renderer import Renderer
     from jet_gym.simulation.world import World
 
 
@@ -59,8 +59,8 @@ class Picture:
 
     def frame(self, scene: Scene) -> NDArray[np.uint8] | None:
         """Return a frame (height, width, 3), or ``None`` where the window shows it."""
-        from jet_gym.simulation.overlay import Overlay
-        from jet_gym.simulation.renderer import Renderer
+        from jet_gym.simulation.pictures.overlay import Overlay
+        from jet_gym.simulation.pictures.renderer import Renderer
 
         world = self._physics.world if self._physics is not None else self._pose(scene)
         if self._window:

@@ -3,18 +3,18 @@
 PyBullet itself is imported when a :class:`World` is made, so that everything else works without it.
 """
 
-from jet_gym.simulation.camera import CameraSettings
 from jet_gym.simulation.course import CourseSettings, make_course
 from jet_gym.simulation.diagnosis import Summary
 from jet_gym.simulation.disturbances import Disturbance, DisturbanceRanges
 from jet_gym.simulation.errors import BulletMissingError, DisplayMissingError, EncoderMissingError, WorldStateError
 from jet_gym.simulation.execution import ExecutionSettings, execute
-from jet_gym.simulation.film import FilmSettings, film
 from jet_gym.simulation.history import Execution
 from jet_gym.simulation.imu import ImuSettings
 from jet_gym.simulation.measurement import Measurement
-from jet_gym.simulation.overlay import Overlay
-from jet_gym.simulation.renderer import Renderer
+from jet_gym.simulation.pictures.camera import CameraSettings
+from jet_gym.simulation.pictures.film import FilmSettings, film
+from jet_gym.simulation.pictures.overlay import Overlay
+from jet_gym.simulation.pictures.renderer import Renderer
 from jet_gym.simulation.settings import SimulationSettings
 from jet_gym.simulation.thrust_control import PidSettings
 from jet_gym.simulation.world import World

@@ -103,7 +103,7 @@ def execute(
         plot(result.time, result.joint_positions, result.thrust_delivered)
 
     What it returns holds time series, one row a sixtieth of a second: see
-    :class:`~jet_gym.simulation.history.Execution`; :func:`jet_gym.simulation.film.film` shows them.
+    :class:`~jet_gym.simulation.history.Execution`; :func:`jet_gym.simulation.pictures.film.film` shows them.
 
     Args:
         plans: One plan or several, each beginning where the one before it ended.

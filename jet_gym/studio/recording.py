@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jet_gym.errors import SettingsError
-from jet_gym.simulation.encoding import write_mp4
+from jet_gym.simulation.pictures.encoding import write_mp4
 
 FilmKind = Literal["mp4", "gif"]
 FILM_KINDS = get_args(FilmKind)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.arrays import Array
 from jet_gym.errors import SettingsError
-from jet_gym.simulation.lens import Lens
+from jet_gym.simulation.pictures.lens import Lens
 
 Pixels = NDArray[np.float32]
 

@@ -17,7 +17,7 @@ from jet_gym.arrays import Array
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.courses import CARTON_LENGTH, CARTON_WIDTH
 from jet_gym.leg import Vector
-from jet_gym.simulation.lens import Lens, point_of, ray_of, seen_by
+from jet_gym.simulation.pictures.lens import Lens, point_of, ray_of, seen_by
 from jet_gym.step import Step
 
 FAR_AWAY = 1e6  # [m] depth of nothing; compiled code takes no infinity

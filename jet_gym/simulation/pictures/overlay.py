@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.arrays import Array
 from jet_gym.leg import opposite
-from jet_gym.simulation.camera import Camera
+from jet_gym.simulation.pictures.camera import Camera
 from jet_gym.step import Step
 
 if TYPE_CHECKING:

@@ -15,11 +15,11 @@ from jet_gym.files import check_writable, write_whole_with
 from jet_gym.leg import SIDES
 from jet_gym.progress import Progress
 from jet_gym.simulation.body import Pose
-from jet_gym.simulation.camera import CameraSettings
-from jet_gym.simulation.encoding import require_encoder, write_mp4
 from jet_gym.simulation.history import Execution
-from jet_gym.simulation.overlay import Overlay
-from jet_gym.simulation.renderer import Renderer
+from jet_gym.simulation.pictures.camera import CameraSettings
+from jet_gym.simulation.pictures.encoding import require_encoder, write_mp4
+from jet_gym.simulation.pictures.overlay import Overlay
+from jet_gym.simulation.pictures.renderer import Renderer
 from jet_gym.simulation.world import World
 
 SUFFIX = ".mp4"

@@ -11,8 +11,8 @@ from jet_gym.arrays import Array
 from jet_gym.robot import Robot
 from jet_gym.simulation.body import RobotBody
 from jet_gym.simulation.bullet import connect
-from jet_gym.simulation.camera import Camera, Pixels
 from jet_gym.simulation.cartons import Cartons
+from jet_gym.simulation.pictures.camera import Camera, Pixels
 from jet_gym.simulation.world import World
 
 

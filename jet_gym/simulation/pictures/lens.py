@@ -9,7 +9,7 @@ from jet_gym.leg import Vector
 
 
 class Lens(NamedTuple):
-    """Where a camera is, what its axes are and how far it sees; see :class:`~jet_gym.simulation.camera.Camera`."""
+    """Where a camera is, what its axes are and how far it sees; see :mod:`jet_gym.simulation.pictures.camera`."""
 
     eye: Vector  # [m]
     right: Vector

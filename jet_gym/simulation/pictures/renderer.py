@@ -13,11 +13,11 @@ from jet_gym.arrays import Array
 from jet_gym.courses import CARTON_HEIGHT
 from jet_gym.errors import require_whole
 from jet_gym.robot import Robot, jet_hr1
-from jet_gym.simulation.camera import Camera, CameraSettings
 from jet_gym.simulation.errors import WorldStateError
-from jet_gym.simulation.overlay import Overlay, draw_overlay
-from jet_gym.simulation.shading import FAR_AWAY, floor_of, shade
-from jet_gym.simulation.stage import Stage
+from jet_gym.simulation.pictures.camera import Camera, CameraSettings
+from jet_gym.simulation.pictures.overlay import Overlay, draw_overlay
+from jet_gym.simulation.pictures.shading import FAR_AWAY, floor_of, shade
+from jet_gym.simulation.pictures.stage import Stage
 from jet_gym.simulation.world import World
 from jet_gym.step import Step
 
