@@ -4,7 +4,7 @@
     python -m benchmarks.install --python python3.10 --python python3.13  # with others
 
 Builds the wheel, installs it into a new virtual environment with pip's own choice of versions, and measures how
-long that takes, with and without the download, and what lies on the disk. Then plans, compares, loads the
+long that takes, with the download and without, and what lies on the disk. Then plans, compares, loads the
 policy that ships and makes the environment there, in an empty folder; see ``tests/installed_package.py``.
 """
 
@@ -45,10 +45,11 @@ def measure(python: str) -> Report:
         report.add("wheel", wheel.stat().st_size, "B")
         # The first install fills pip's cache, which begins empty: what it takes longer is the download.
         variables = {"PIP_CACHE_DIR": str(folder / "cache")}
-        _, first = _installed(python, folder / "first", wheel, variables)
-        interpreter, again = _installed(python, folder / "again", wheel, variables)
+        _, first, _ = _installed(python, folder / "first", wheel, variables)
+        interpreter, again, busy = _installed(python, folder / "again", wheel, variables)
         report.add("pip install, with the download", first, "s")
         report.add("the same with all that it needs in pip's cache", again, "s")
+        report.add("of it processor time", busy, "s")
         site = Path(
             _run([str(interpreter), "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]).strip()
         )
@@ -67,13 +68,19 @@ def _built(folder: Path) -> Path:
     return wheel
 
 
-def _installed(python: str, folder: Path, wheel: Path, variables: dict[str, str]) -> tuple[Path, float]:
-    """Install the wheel into a new environment; return its interpreter and how long pip took [s]."""
+def _installed(python: str, folder: Path, wheel: Path, variables: dict[str, str]) -> tuple[Path, float, float]:
+    """Install the wheel into a new environment; return its interpreter, how long pip took, and its processor [s]."""
     _run([python, "-m", "venv", str(folder)])
     interpreter = folder / ("Scripts" if os.name == "nt" else "bin") / "python"
-    started = perf_counter()
+    started, busy = perf_counter(), _processor_time_of_children()
     _run([str(interpreter), "-m", "pip", "install", "--quiet", str(wheel)], **variables)
-    return interpreter, perf_counter() - started
+    return interpreter, perf_counter() - started, _processor_time_of_children() - busy
+
+
+def _processor_time_of_children() -> float:
+    """Return what the commands that have ended took of the processor [s]."""
+    times = os.times()
+    return times.children_user + times.children_system
 
 
 def _sizes(site: Path) -> dict[str, int]:
