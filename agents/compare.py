@@ -176,8 +176,11 @@ def compare(settings: CompareSettings, progress: Progress | None = None) -> Comp
     """
     from joblib import Parallel, delayed
 
+    from jet_gym.simulation.bullet import require_bullet
     from jet_gym.task.drawing import draw_random_steps
 
+    if settings.physics == "bullet":
+        require_bullet()
     names = tuple(dict.fromkeys((*settings.planners, REFERENCE)))
     for name in names:
         settings.make(name)

@@ -69,7 +69,7 @@ def _built(folder: Path) -> Path:
 
 
 def _installed(python: str, folder: Path, wheel: Path, variables: dict[str, str]) -> tuple[Path, float, float]:
-    """Install the wheel into a new environment; return its interpreter, how long pip took, and its processor [s]."""
+    """Install the wheel into a new environment; return its interpreter, how long pip and its processor took [s]."""
     _run([python, "-m", "venv", str(folder)])
     interpreter = folder / ("Scripts" if os.name == "nt" else "bin") / "python"
     started, busy = perf_counter(), _processor_time_of_children()

@@ -71,6 +71,7 @@ def test_the_film_shows_the_whole_execution(side_file, tmp_path):
         (["simulate", "paper", "--video", "course.mp4"], "imageio_ffmpeg", "video"),
         (["simulate", "paper"], "pybullet", "bullet"),
         (["robustness"], "pybullet", "bullet"),
+        (["compare", "--planner", "gas", "--physics", "bullet"], "pybullet", "bullet"),
     ],
 )
 def test_what_is_not_installed_is_told_before_the_work(command, missing, extra, tmp_path, monkeypatch, capsys):
