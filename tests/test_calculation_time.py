@@ -6,7 +6,7 @@ from itertools import count
 
 import pytest
 
-from agents import calculation_time
+from agents.studies import calculation_time
 from agents.studies.calculation_time import measure_calculation_time
 from agents.studies.off_the_shelf import EVALUATIONS, OPTIMISERS, missing_note
 from agents.studies.race import Contestant, race

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from agents import estimates
+from agents.studies import estimates
 from jet_gym.balance_space import compute_balance_space
 from jet_gym.cli import INTERRUPTED, run
 from jet_gym.errors import SettingsError
