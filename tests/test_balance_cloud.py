@@ -12,8 +12,8 @@ import pytest
 
 from jet_gym import jet_hr1
 from jet_gym.balance import BalanceSettings
-from jet_gym.studio import balance_cloud
-from jet_gym.studio.balance_cloud import BalanceCloud, SpaceInputs
+from jet_gym.studio.scene import balance_cloud
+from jet_gym.studio.scene.balance_cloud import BalanceCloud, SpaceInputs
 
 pytest.importorskip("trimesh")
 

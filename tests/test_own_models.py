@@ -13,7 +13,7 @@ from jet_gym.errors import PolicyFileError
 from jet_gym.studio import planning
 from jet_gym.studio.inputs import Inputs
 from jet_gym.studio.own_models import read_model
-from jet_gym.studio.table import comparison_table
+from jet_gym.studio.page.table import comparison_table
 
 SIDE = Inputs.of_motion("side")
 

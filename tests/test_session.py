@@ -17,9 +17,9 @@ from agents.policy import SHIPPED_POLICY
 from jet_gym.plan import Plan
 from jet_gym.studio import planner_threads
 from jet_gym.studio.inputs import Inputs
-from jet_gym.studio.panel import BALANCE_SPACE
+from jet_gym.studio.page.panel import BALANCE_SPACE
+from jet_gym.studio.scene.stage import LAYERS
 from jet_gym.studio.session import Session
-from jet_gym.studio.stage import LAYERS
 
 viser = pytest.importorskip("viser")
 
@@ -245,7 +245,7 @@ def test_a_layer_is_left_out_and_drawn_again(session: Session, layer: str) -> No
 def test_the_balance_space_is_computed_when_it_is_looked_at(
     session: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("jet_gym.studio.balance_cloud.RESOLUTION", 0.1)
+    monkeypatch.setattr("jet_gym.studio.scene.balance_cloud.RESOLUTION", 0.1)
     settle(session)
     assert not session.cloud.ready
     session.show_layer(BALANCE_SPACE, True)

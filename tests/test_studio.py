@@ -20,10 +20,10 @@ from jet_gym.studio import planning
 from jet_gym.studio.curves import fitness_terms, zmp_margin
 from jet_gym.studio.inputs import FEET, Inputs
 from jet_gym.studio.motion import Motion
-from jet_gym.studio.panel import mirrored
+from jet_gym.studio.page.panel import mirrored
+from jet_gym.studio.page.plots import Curve, Samples, _Plot
+from jet_gym.studio.page.table import comparison_table
 from jet_gym.studio.physics import Physics
-from jet_gym.studio.plots import Curve, Samples, _Plot
-from jet_gym.studio.table import comparison_table
 
 SIDE = Inputs.of_motion("side")
 

@@ -11,12 +11,12 @@ from agents import make_planner
 from jet_gym.balance_space import compute_balance_space
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.plan import Plan
-from jet_gym.studio.balance_cloud import boundary_of, hull_of
-from jet_gym.studio.balance_view import edge_polygon
-from jet_gym.studio.ground_view import meet_horizontal_plane
 from jet_gym.studio.inputs import Inputs
-from jet_gym.studio.robot_shapes import robot_tree
-from jet_gym.studio.robot_view import joints_near_limits
+from jet_gym.studio.scene.balance_cloud import boundary_of, hull_of
+from jet_gym.studio.scene.balance_view import edge_polygon
+from jet_gym.studio.scene.ground_view import meet_horizontal_plane
+from jet_gym.studio.scene.robot_shapes import robot_tree
+from jet_gym.studio.scene.robot_view import joints_near_limits
 
 SIDE = Inputs.of_motion("side")
 

@@ -11,7 +11,7 @@ import numpy as np
 from jet_gym.errors import JetGymError
 from jet_gym.plan import Plan
 from jet_gym.studio.motion import Motion
-from jet_gym.studio.output_panel import OutputPanel
+from jet_gym.studio.page.output_panel import OutputPanel
 from jet_gym.studio.physics import Physics
 from jet_gym.studio.recording import Picture, encode_film, film_times, shoot
 from jet_gym.studio.simulated import Simulated

@@ -13,19 +13,19 @@ from jet_gym.errors import JetGymError
 from jet_gym.plan import Plan
 from jet_gym.robot import jet_hr1
 from jet_gym.studio import planning
-from jet_gym.studio.balance_cloud import BalanceCloud, SpaceInputs
 from jet_gym.studio.inputs import Inputs
 from jet_gym.studio.moment import describe_moment
 from jet_gym.studio.motion import Motion
 from jet_gym.studio.outputs import Outputs
 from jet_gym.studio.own_models import read_model
-from jet_gym.studio.panel import BALANCE_SPACE, Change, Panel
+from jet_gym.studio.page.panel import BALANCE_SPACE, Change, Panel
+from jet_gym.studio.page.plots import Plots
+from jet_gym.studio.page.table import comparison_table
 from jet_gym.studio.planner_threads import PlannerThreads
 from jet_gym.studio.planning import Verdict, planner_label
 from jet_gym.studio.playback import Playback
-from jet_gym.studio.plots import Plots
-from jet_gym.studio.stage import Stage
-from jet_gym.studio.table import comparison_table
+from jet_gym.studio.scene.balance_cloud import BalanceCloud, SpaceInputs
+from jet_gym.studio.scene.stage import Stage
 
 if TYPE_CHECKING:
     from viser import ClientHandle

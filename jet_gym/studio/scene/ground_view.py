@@ -12,8 +12,8 @@ from jet_gym.figures.scene import Carton, Ditch, cartons_of, ditch_of
 from jet_gym.leg import Vector
 from jet_gym.simulation.cartons import CARTON_COLOR, TAPE_COLOR, TAPE_WIDTH
 from jet_gym.step import Step
-from jet_gym.studio.colors import rgb
 from jet_gym.studio.inputs import FEET, Inputs
+from jet_gym.studio.scene.colors import rgb
 
 if TYPE_CHECKING:
     from viser import BoxHandle, LabelHandle, SceneApi

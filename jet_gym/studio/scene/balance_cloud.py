@@ -14,7 +14,7 @@ from jet_gym.balance_space import BalanceSpace, compute_balance_space
 from jet_gym.figures.style import THRUST_COLOR
 from jet_gym.leg import Side, Vector
 from jet_gym.robot import Robot
-from jet_gym.studio.colors import rgb
+from jet_gym.studio.scene.colors import rgb
 from jet_gym.studio.worker import LatestWorker, Stale
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from jet_gym.studio.controls import hint, on_click, on_update, on_upload, outcome
+from jet_gym.studio.page.controls import hint, on_click, on_update, on_upload, outcome
 from jet_gym.studio.recording import FILM_KINDS
 
 if TYPE_CHECKING:

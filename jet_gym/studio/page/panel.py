@@ -9,11 +9,11 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Protocol
 
 from jet_gym.leg import SIDES, opposite
-from jet_gym.studio.controls import hint, on_click, on_update
 from jet_gym.studio.inputs import FEET, MOTIONS, Inputs
-from jet_gym.studio.planner_panel import PlannerController, PlannerPanel
+from jet_gym.studio.page.controls import hint, on_click, on_update
+from jet_gym.studio.page.planner_panel import PlannerController, PlannerPanel
 from jet_gym.studio.planning import Verdict
-from jet_gym.studio.stage import LAYERS
+from jet_gym.studio.scene.stage import LAYERS
 
 if TYPE_CHECKING:
     from viser import GuiApi

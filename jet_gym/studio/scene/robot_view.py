@@ -9,7 +9,7 @@ import numpy as np
 from jet_gym.arrays import Array
 from jet_gym.robot import Robot
 from jet_gym.studio.motion import Pose
-from jet_gym.studio.robot_shapes import Color, Shape, robot_tree
+from jet_gym.studio.scene.robot_shapes import Color, Shape, robot_tree
 
 if TYPE_CHECKING:
     from viser import FrameHandle, MeshHandle, SceneApi

@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from jet_gym.robot import jet_hr1
-from jet_gym.studio.controls import hint, on_click, on_update, on_upload, outcome
 from jet_gym.studio.inputs import Inputs
+from jet_gym.studio.page.controls import hint, on_click, on_update, on_upload, outcome
 
 if TYPE_CHECKING:
     from viser import GuiApi

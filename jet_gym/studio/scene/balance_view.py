@@ -13,8 +13,8 @@ from jet_gym.balance import BalanceSettings
 from jet_gym.figures.style import ACHIEVED_COLOR, INK, LEG_COLORS, LIMIT_COLOR, THRUST_COLOR
 from jet_gym.leg import opposite
 from jet_gym.step import Step
-from jet_gym.studio.colors import rgb
 from jet_gym.studio.motion import Pose
+from jet_gym.studio.scene.colors import rgb
 
 if TYPE_CHECKING:
     from viser import SceneApi

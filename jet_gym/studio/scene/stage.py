@@ -10,13 +10,13 @@ from jet_gym.figures.style import planner_styles
 from jet_gym.plan import Plan
 from jet_gym.robot import Robot
 from jet_gym.step import Step
-from jet_gym.studio.balance_view import BalanceView
-from jet_gym.studio.colors import rgb
-from jet_gym.studio.ground_view import Dragged, GroundView
 from jet_gym.studio.inputs import Inputs
 from jet_gym.studio.motion import Pose
-from jet_gym.studio.path_view import PathView
-from jet_gym.studio.robot_view import RobotView
+from jet_gym.studio.scene.balance_view import BalanceView
+from jet_gym.studio.scene.colors import rgb
+from jet_gym.studio.scene.ground_view import Dragged, GroundView
+from jet_gym.studio.scene.path_view import PathView
+from jet_gym.studio.scene.robot_view import RobotView
 
 if TYPE_CHECKING:
     from viser import SceneApi

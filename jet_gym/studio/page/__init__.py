@@ -1,0 +1,1 @@
+"""What stands around the studio's scene: the panel, the table and the plots."""
