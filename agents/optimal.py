@@ -9,10 +9,11 @@ under the same constraints and search ranges:
 3. an interior-point method on the whole path at once (:mod:`agents.barrier`), and exact lattices and this again
    until the total changes by less than the tolerance.
 
-The plan of GAS is refined in the same way, and the better path is taken. So the result is never worse than that
-plan; that it is the global optimum is checked against brute force and many restarts, not proven. Where a constraint
-stays broken, the lattice may have stepped over a feasible set that is too thin: then the best of many plans of
-GAS and GA is refined too.
+The plan of GAS is refined in the same way, and so are the paths that a wide cloud around both leads to
+(:mod:`agents.refinement`): a lattice along the axes, however fine, can miss a way along the thin wedge of the edge
+polygon. The best path is taken. So the result is never worse than that plan; that it is the global optimum is
+checked against brute force, policies and many restarts, not proven. Where a constraint stays broken, the lattice
+may have stepped over a feasible set that is too thin: then the best of many plans of GAS and GA is refined too.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from agents.genetic import GaPlanner, GasPlanner
 from agents.lattice import Lattices, accumulate, make_lattices, trace_back
 from agents.path_cost import FAR, cost_of_path, search_of_step
 from agents.planner import Planner
-from agents.refinement import RefinementSettings, refine_path, violates
+from agents.refinement import WIDE, RefinementSettings, refine_path, violates
 from agents.relaxation import reach_boxes, with_wider_joints
 from jet_gym.arrays import Array
 from jet_gym.errors import require_seed, require_whole, require_within
@@ -109,12 +110,12 @@ class OptimalPlanner(Planner):
         _warm_up()
         started = perf_counter()
         search = _Search(self, step)
-        best, least = search.refine(GasPlanner(self.balance, self.fitness).plan(step).pelvis)
+        starts = [GasPlanner(self.balance, self.fitness).plan(step).pelvis]
         coarse = search.coarse_path(progress)
         if coarse is not None:
-            path, total = search.refine(coarse)
-            if total < least:
-                best, least = path, total
+            starts.append(coarse)
+        refined = [search.refine(path) for path in (*starts, *map(search.shaken, starts))]
+        best, least = min(refined, key=lambda found: found[1])
         if violates(search.model, search.points, best):
             path, total = search.refine(self._best_of_random_searches(search, step))
             if total < least:
@@ -204,6 +205,12 @@ class _Search:
             return None
         path, total = self._best_path(lattices, 0.5 * spacing, progress)
         return path if total < FAR else None
+
+    def shaken(self, path: Array) -> Array:
+        """Return a path (N, 3) [m] at least as good as the one given, from a wide cloud around it."""
+        found: Array = path.copy()
+        refine_path(self.model, self.points, WIDE.clouds, found)
+        return found
 
     def refine(self, path: Array) -> tuple[Array, float]:
         """Return a path (N, 3) [m] at least as good as the one given, and its total cost."""

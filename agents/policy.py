@@ -2,7 +2,7 @@
 
 ``refine`` adds candidates around the policy's path and takes the best path through them
 (:mod:`agents.refinement`), which mends most constraints that the network would break. Where one stays broken, many
-more candidates are spread more widely, at last around the path of GAS, and the best path is taken.
+more candidates are spread more widely, at last around the paths of GAS and GA, and the best path is taken.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from agents.genetic import GasPlanner
+from agents.genetic import GaPlanner, GasPlanner
 from agents.network import PolicyNetwork
 from agents.path_cost import search_of_step
 from agents.planner import BatchPlanner
-from agents.refinement import RefinementSettings, refine_path, violates
+from agents.refinement import WIDE, RefinementSettings, refine_path, violates
 from jet_gym.arrays import Array
 from jet_gym.errors import PolicyFileError, SettingsError, require_seed
 from jet_gym.plan import Plan
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
     Act = Callable[[Lanes, NDArray[np.float32], NDArray[np.int64]], NDArray[np.float32]]
 
-_WIDE = RefinementSettings(candidates=64, sweeps=8, widest=20e-3, narrowest=1e-3)  # where a constraint stays broken
 SHIPPED_POLICY = Path(__file__).parent / "policies" / "jet_hr1_step_v0" / "policy.npz"
 
 
@@ -98,9 +97,9 @@ class PolicyPlanner(BatchPlanner):
         return plan
 
     def plan_many(self, steps: Sequence[Step], seed: int = 0, progress: Progress | None = None) -> list[Plan]:
-        """Plan many steps in one batch, which takes a fraction of the time; the plans are those of :meth:`plan`.
+        """Plan many steps in one batch, which takes a fraction of the time.
 
-        The solve time of a swing point is that of the batch over all its swing points.
+        The plans are those of :meth:`plan`, but for how matrix products of another size round. The solve time of a swing point is that of the batch over all its swing points.
         """
         require_seed(seed)
         if not steps:
@@ -183,18 +182,19 @@ class PolicyPlanner(BatchPlanner):
         return [paths[: step.points, lane].copy() for lane, step in enumerate(steps)]
 
     def _refined(self, step: Step, path: Array) -> Array:
-        """Refine a path; where a constraint stays broken, search more widely, at last around the path of GAS."""
+        """Refine a path; where a constraint stays broken, search more widely, at last from GAS's and GA's."""
         ranges = self.task.settings
         model, points = search_of_step(
             step, self.balance, self.fitness, first_range=ranges.first_range, search_range=ranges.later_range
         )
         clouds = RefinementSettings(candidates=self.refine, sweeps=self.sweeps).clouds
         least = refine_path(model, points, clouds, path)
-        for turn in (1.0, -1.0, 0.0):
+        for sign, planner in ((1.0, None), (-1.0, None), (1.0, GasPlanner), (1.0, GaPlanner)):
             if not violates(model, points, path):
                 break
-            other: Array = path.copy() if turn else GasPlanner(self.balance, self.fitness).plan(step).pelvis.copy()
-            refine_path(model, points, (turn or 1.0) * _WIDE.clouds, other)
+            start = path if planner is None else planner(self.balance, self.fitness).plan(step).pelvis
+            other: Array = start.copy()
+            refine_path(model, points, sign * WIDE.clouds, other)
             cost = refine_path(model, points, clouds, other)
             if cost < least:
                 path, least = other, cost
@@ -207,8 +207,9 @@ class PolicyPlanner(BatchPlanner):
             (path,) = self._propose([shortest])
         if self.refine:
             self._refined(shortest, path)
-            _ = _WIDE.clouds
-            GasPlanner(self.balance, self.fitness).warm_up(shortest)
+            _ = WIDE.clouds
+            for planner in (GasPlanner, GaPlanner):
+                planner(self.balance, self.fitness).warm_up(shortest)
 
 
 @dataclass(frozen=True)

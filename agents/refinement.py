@@ -71,6 +71,10 @@ class RefinementSettings:
         return _clouds(self)
 
 
+WIDE = RefinementSettings(candidates=64, sweeps=8, widest=20e-3, narrowest=1e-3)
+"""For paths that are far from a good one, or violate a constraint."""
+
+
 @functools.lru_cache(maxsize=16)
 def _clouds(settings: RefinementSettings) -> Array:
     clouds = np.random.default_rng(0).standard_normal((settings.sweeps, 3, settings.candidates))

@@ -159,3 +159,9 @@ def test_a_feasible_set_too_thin_for_the_lattice_is_found_all_the_same() -> None
     plan = make_planner("optimal").plan(step)
     assert plan.violated_points == ()
     assert plan.total_fitness <= min(make_planner("ga").plan(step, seed).total_fitness for seed in range(10))
+
+
+def test_a_way_along_the_wedge_that_lattices_miss_is_found_all_the_same() -> None:
+    """From the plans of GAS and the coarse lattice alone, the search ends 16 above the refined policy."""
+    step = draw_random_steps(182, seed=21)[181]
+    assert OptimalPlanner().plan(step).total_fitness < make_planner("policy", refine=16).plan(step).total_fitness

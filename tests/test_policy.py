@@ -18,6 +18,7 @@ from jet_gym.balance import BalanceSettings
 from jet_gym.courses import PAPER
 from jet_gym.errors import PolicyFileError, SettingsError
 from jet_gym.fitness import FitnessSettings
+from jet_gym.task.drawing import draw_random_steps
 
 UNSEEN = 3_000_000_000  # seeds that neither training nor the tables use
 
@@ -86,12 +87,15 @@ def test_a_plan_is_what_the_policy_does_as_an_agent(steps: list) -> None:
             assert info["fitness"] == pytest.approx(plan.fitness[point], rel=1e-3)
 
 
-def test_many_plans_at_once_are_those_of_one_at_a_time(steps: list) -> None:
-    for refine in (0, 8):
-        planner = make_planner("policy", refine=refine)
-        for step, plan in zip(steps[:5], planner.plan_many(steps[:5]), strict=True):
-            assert planner.plan(step).pelvis == pytest.approx(plan.pelvis, abs=1e-5)
-    assert planner.plan_many([]) == []
+def test_many_plans_at_once_are_those_of_one_at_a_time_but_for_rounding(steps: list) -> None:
+    """Matrix products round by their size; between candidates that are worth the same, that may decide."""
+    alone, refined = make_planner("policy"), make_planner("policy", refine=8)
+    for step, plan in zip(steps[:5], alone.plan_many(steps[:5]), strict=True):
+        assert alone.plan(step).pelvis == pytest.approx(plan.pelvis, abs=1e-6)
+    for step, plan in zip(steps[:5], refined.plan_many(steps[:5]), strict=True):
+        assert refined.plan(step).pelvis == pytest.approx(plan.pelvis, abs=1e-3)
+        assert refined.plan(step).total_fitness == pytest.approx(plan.total_fitness, rel=1e-3)
+    assert alone.plan_many([]) == refined.plan_many([]) == []
 
 
 def test_between_the_points_that_it_knows_the_policy_keeps_its_balance() -> None:
@@ -148,3 +152,9 @@ def test_a_policy_of_ones_own_is_taken_by_its_path(tmp_path: Path) -> None:
     lazy.save(tmp_path / "lazy.npz")
     plan = PolicyPlanner(model=tmp_path / "lazy.npz").plan(replace(PAPER.side, points=5))
     assert (plan.pelvis == PAPER.side.nominal_pelvis).all()
+
+
+def test_where_neither_its_own_path_nor_that_of_gas_can_be_mended_that_of_ga_is() -> None:
+    step = draw_random_steps(16, seed=21)[15]
+    assert make_planner("policy").plan(step).violated_points
+    assert not make_planner("policy", refine=16).plan(step).violated_points
