@@ -99,7 +99,8 @@ class PolicyPlanner(BatchPlanner):
     def plan_many(self, steps: Sequence[Step], seed: int = 0, progress: Progress | None = None) -> list[Plan]:
         """Plan many steps in one batch, which takes a fraction of the time.
 
-        The plans are those of :meth:`plan`, but for how matrix products of another size round. The solve time of a swing point is that of the batch over all its swing points.
+        The plans are those of :meth:`plan`, but for how matrix products of another size round. The solve time of a
+        swing point is that of the batch over all its swing points.
         """
         require_seed(seed)
         if not steps:
