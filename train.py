@@ -27,14 +27,20 @@ from time import perf_counter
 from typing import Any, Literal
 
 import numpy as np
-import torch
-import tyro
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from stable_baselines3 import PPO
-from stable_baselines3.common.env_util import make_vec_env
-from stable_baselines3.common.logger import configure
-from stable_baselines3.common.vec_env import VecEnv
+
+try:
+    import torch
+    import tyro
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.env_util import make_vec_env
+    from stable_baselines3.common.logger import configure
+    from stable_baselines3.common.vec_env import VecEnv
+except ModuleNotFoundError as missing:
+    if __name__ != "__main__":
+        raise
+    sys.exit(f"training needs {missing.name}: pip install torch==2.13.0, and then 'jet-gym[train]'")
 
 import jet_gym  # noqa: F401  registers the environment
 from agents.network import Chooses
@@ -279,7 +285,11 @@ def _imitate(model: PPO, settings: TrainSettings, validation: StepSet, folder: P
                 scores.append({**reached, "seconds": round(perf_counter() - started, 1), **score})
                 write_json(folder / PROGRESS, {"imitation": scores})
 
-        imitation.run(note)
+        try:
+            imitation.run(note)
+        except KeyboardInterrupt:
+            console.print(f"stopped; begin imitation anew with: python train.py --resume {folder}")
+            raise
 
 
 def _go_on(settings: TrainSettings, envs: VecEnv, checkpoint: Path) -> tuple[PPO, dict[str, Any]]:
@@ -328,6 +338,7 @@ def main(arguments: list[str] | None = None) -> int:
         console.print(f"error: {error}", style="red", soft_wrap=True, highlight=False)
         return 2
     except KeyboardInterrupt:
+        console.print("interrupted; what was written is whole")
         return 130
     return 0
 

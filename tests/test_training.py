@@ -339,6 +339,26 @@ def test_bad_input_is_one_sentence_and_exit_code_2(
     assert arguments[0].lstrip("-").replace("-", "_") in told.err or "no/such/run" in told.err
 
 
+def test_without_torch_it_says_in_one_sentence_what_to_install() -> None:
+    program = "import runpy, sys; sys.modules['torch'] = None; runpy.run_path('train.py', run_name='__main__')"
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr == "training needs torch: pip install torch==2.13.0, and then 'jet-gym[train]'\n"
+
+
+def test_ctrl_c_while_it_imitates_is_told_in_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupt(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Imitation, "_learn", interrupt)
+    assert train(*TINY, "--output", str(tmp_path / "run")) == 130
+    said = " ".join(capsys.readouterr().err.split())
+    assert "stopped; begin imitation anew with: python train.py --resume" in said
+    assert said.endswith("interrupted; what was written is whole")
+
+
 def test_jet_gym_train_is_train_py() -> None:
     command = [sys.executable, "-c", "from jet_gym.cli import main; main()", "train", "--help"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
