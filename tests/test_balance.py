@@ -223,6 +223,21 @@ def test_a_center_of_mass_nearer_to_the_fan_never_needs_less_thrust(
     assert (np.diff(assigned) > 0.0).all()
 
 
+@pytest.mark.parametrize(
+    ("fan", "border"),
+    [
+        ((0.4, 0.0), (0.08, 0.0)),
+        ((-0.4, 0.0), (-0.05, 0.0)),
+        ((0.0, 0.4), (0.0, 0.03)),
+        ((0.0, -0.4), (0.0, -0.03)),
+    ],
+)
+def test_least_thrust_leads_the_zmp_back_to_the_border_on_the_side_of_the_fan(fan: Point, border: Point) -> None:
+    com = 1.5 * np.array(border)
+    thrust = least_thrust(WEIGHT, *com, fan, SOLE, MARGIN)
+    np.testing.assert_allclose(zmp_by_moments(com, np.array(fan), np.array(thrust)), border, atol=1e-12)
+
+
 @pytest.mark.parametrize("away", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
 @pytest.mark.parametrize("aside", [0.0, 0.01])
 def test_no_thrust_helps_on_the_far_side_of_the_support(away: Point, aside: float) -> None:
