@@ -26,6 +26,10 @@ _ALONE += ["--learning-rates", "5e-4", "2e-5"]
 
 _PELVIS = ["--chooses", "pelvis", "--imitation.mu", "4", "--learning-rates", "1e-4", "1e-5"]
 _PELVIS += ["--deviations", "0.015", "0.003"]
+# Two networks, one a leg, in place of one that sees all steps as of the left leg: by symmetry each does as one that
+# learns from half of the steps and states.
+_APART = ["--imitation.first-steps", "300", "--imitation.steps-per-round", "20", "--imitation.episodes", "350"]
+_APART += ["--imitation.samples", "100000", "--steps", "150000"]
 _HIDE = ["--hide", "edge_angle_if_staying"]  # as by default
 
 VARIANTS: dict[str, list[str]] = {
@@ -43,6 +47,7 @@ VARIANTS: dict[str, list[str]] = {
     "angle of eq. (10) if staying seen": ["--hide"],
     "layers of 64": ["--hidden", "64", "64"],
     "layers of 256": ["--hidden", "256", "256"],
+    "each leg apart, from half of the states": _APART,
     "half of the episodes on failed steps": ["--replay", "0.5"],
     "violation cost 5": ["--violation-cost", "5"],
     "discount 0.99": ["--gamma", "0.99"],
