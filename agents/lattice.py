@@ -18,24 +18,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.path_cost import FAR, SearchModel, SwingPoints, cost_of_path, exact_costs, search_of_step, stance_at
+from agents.path_cost import FAR, SearchModel, SwingPoints, exact_costs, stance_at
 from agents.relaxation import relaxed_costs
 from jet_gym.arrays import Array
 from jet_gym.compilation import entry_point, inlined
-
-__all__ = [  # what a path costs is to be had from agents.path_cost
-    "FAR",
-    "Lattices",
-    "SearchModel",
-    "SwingPoints",
-    "accumulate",
-    "cost_of_path",
-    "exact_costs",
-    "make_lattices",
-    "search_of_step",
-    "stance_at",
-    "trace_back",
-]
 
 
 class Lattices(NamedTuple):

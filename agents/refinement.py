@@ -21,13 +21,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.lattice import FAR, SearchModel, SwingPoints, exact_costs, stance_at
+from agents.path_cost import FAR, SearchModel, SwingPoints, exact_costs, stance_at
+from jet_gym.arrays import Array
 from jet_gym.balance import Stance
 from jet_gym.compilation import entry_point, inlined
-from jet_gym.errors import SettingsError, require_within
+from jet_gym.errors import require_whole, require_within
 from jet_gym.leg import Vector
 from jet_gym.posture_state import posture_at
-from jet_gym.urdf import Array
 
 _ROUNDING = 1e-9  # [m] kept from the edges of the search ranges
 _DIFFERENCE = 2e-5  # [m] of the derivatives
@@ -59,9 +59,7 @@ class RefinementSettings:
     def __post_init__(self) -> None:
         """Refuse settings outside of what is allowed."""
         for name, least in (("candidates", 2), ("sweeps", 1)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise SettingsError(f"{name} must be a whole number of {least} or more, not {value!r}")
+            require_whole(name, getattr(self, name), least)
         for name in ("widest", "narrowest"):
             require_within(name, getattr(self, name), above=True)
 

@@ -15,8 +15,6 @@ import numpy as np
 from jet_gym.arrays import Array
 from jet_gym.errors import RobotError
 
-__all__ = ["Array", "Joint", "Link", "Shape", "Urdf", "read_pose", "read_urdf", "rotation_from_rpy"]
-
 
 @dataclass(frozen=True, eq=False)
 class Shape:

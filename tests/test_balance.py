@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from jet_gym.arrays import Array
 from jet_gym.balance import (
     GRAVITY,
     BalanceSettings,
@@ -30,7 +31,6 @@ from jet_gym.errors import SettingsError
 from jet_gym.leg import Side
 from jet_gym.posture import Postures, evaluate_postures, swing_and_support
 from jet_gym.robot import Robot
-from jet_gym.urdf import Array
 
 if TYPE_CHECKING:
     from conftest import PinocchioRobot

@@ -11,10 +11,11 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from jet_gym.arrays import Array
 from jet_gym.kinematics import BodyPoints, forward_kinematics, inverse_kinematics, leg_inverse, within_limits
 from jet_gym.leg import Leg
 from jet_gym.robot import Robot, jet_hr1
-from jet_gym.urdf import Array, rotation_from_rpy
+from jet_gym.urdf import rotation_from_rpy
 
 if TYPE_CHECKING:
     from conftest import Oracle

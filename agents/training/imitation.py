@@ -23,10 +23,11 @@ from numpy.typing import NDArray
 from stable_baselines3.common.policies import ActorCriticPolicy
 
 from agents.barrier import bring_inside, polish, shares_of_mu
-from agents.lattice import cost_of_path, search_of_step
+from agents.path_cost import cost_of_path, search_of_step
 from agents.planner import make_planner
 from agents.sb3_policy import ThrustPolicy
 from agents.training.validation import drawn_steps
+from jet_gym.arrays import Array
 from jet_gym.balance import GRAVITY, BalanceSettings
 from jet_gym.fitness import FitnessSettings
 from jet_gym.step import Step
@@ -34,7 +35,6 @@ from jet_gym.task.choices import ASIDE, HEIGHT, IDLE, THRUST
 from jet_gym.task.lanes import Lanes
 from jet_gym.task.model import TaskModel
 from jet_gym.task.transition import Transition
-from jet_gym.urdf import Array
 
 Act = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 
@@ -147,11 +147,6 @@ class Imitation:
         self._task = TaskModel(difficulty=difficulty)
         self._by_thrust = isinstance(policy, ThrustPolicy)
         self._astray = _ASTRAY_BY_THRUST if self._by_thrust else _ASTRAY
-
-    @property
-    def steps_seen(self) -> int:
-        """Steps that the expert has planned."""
-        return len(self._steps)
 
     @property
     def states_seen(self) -> int:
