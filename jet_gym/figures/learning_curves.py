@@ -54,9 +54,10 @@ def plot_learning_curves(runs: Sequence[Progress]) -> Figure:
             panel.axvspan(0.0, imitated / 1e6, color=style.tint(_COLOR, 0.08), linewidth=0.0, zorder=0)
         style.label_axes(panel, x_label="states seen [10⁶]", y_label=label)
     panels[0].set_ylim(0.0, 101.0)
-    panels[1].set_yscale("log")
+    panels[1].set_ylim(bottom=0.0)
     panels[1].axhline(1.0, color=style.INK, linewidth=0.8, linestyle=":")
     panels[2].set_yscale("symlog", linthresh=_LEAST_SHOWN)
+    panels[2].yaxis.set_major_formatter("{x:g}")
     panels[2].set_ylim(bottom=0.0)
     runs_said = f"{len(runs)} seeds, their median thick" if len(runs) > 1 else "one seed"
     phases = "imitation shaded, then PPO; " if imitated > 0.0 else ""
