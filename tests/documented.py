@@ -162,13 +162,21 @@ def _check_jet_gym(arguments: list[str]) -> None:
         pass  # --help, --version and --settings
 
 
+def _run_module(name: str) -> None:
+    """Run a module as ``python -m`` does, which begins without it; other tests may have imported it."""
+    imported = sys.modules.pop(name, None)
+    try:
+        runpy.run_module(name, run_name="__main__", alter_sys=True)
+    finally:
+        if imported is not None:
+            sys.modules[name] = imported
+
+
 def _check_python(arguments: list[str]) -> None:
     """Start the script or module until it has parsed its arguments."""
     if arguments[0] == "-m":
         _, name, *rest = arguments
-        start: Callable[[], Any] | None = functools.partial(
-            runpy.run_module, name, run_name="__main__", alter_sys=True
-        )
+        start: Callable[[], Any] | None = functools.partial(_run_module, name)
     else:
         name, *rest = arguments
         if not (ROOT / name).is_file():
