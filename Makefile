@@ -58,7 +58,7 @@ mutants.commit()
 endef
 export DRAW
 
-mutate: .venv/full.installed  ## mutants of the mathematics against its tests, in a copy of the source; about an hour
+mutate: .venv/full.installed  ## mutants of the mathematics against its tests, in a copy of the source; an hour or so, estimated
 	@$(PIP) --quiet cosmic-ray
 	@mkdir -p build && rm -rf build/mutants && git worktree prune && git worktree add --quiet --detach build/mutants && ln -s ../../.venv build/mutants/.venv
 	@cd build/mutants && for module in fitness balance kinematics; do \
