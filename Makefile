@@ -8,7 +8,7 @@ PROGRESS := | sed -un -e 's/^Collecting \([^ ]*\).*/  \1/p' -e 's/^\(Installing 
 SHELL := bash
 .SHELLFLAGS := -o pipefail -c
 
-.PHONY: demo test lint format docs claims sweep reproduce benchmarks endurance fuzz mutate wheel-check pictures learning-curves clean
+.PHONY: demo test test-base lint format docs claims sweep reproduce benchmarks endurance fuzz mutate wheel-check pictures learning-curves clean
 
 demo: .venv/base.installed  ## plan the paper's two motions, print the tables, draw the pictures into demo/
 	@mkdir -p demo
@@ -20,6 +20,11 @@ demo: .venv/base.installed  ## plan the paper's two motions, print the tables, d
 
 test: .venv/full.installed lint docs  ## lint, types, documentation, tests with coverage
 	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --cov --cov-report=term:skip-covered
+
+test-base:  ## the base install and its tests with another Python: make test-base PYTHON=python3.13
+	@[ -x build/base-$(notdir $(PYTHON))/bin/python ] || $(PYTHON) -m venv build/base-$(notdir $(PYTHON))
+	@build/base-$(notdir $(PYTHON))/bin/python -m pip install --disable-pip-version-check --upgrade --editable . pytest hypothesis $(PROGRESS)
+	@build/base-$(notdir $(PYTHON))/bin/python -m pytest -r s
 
 lint: .venv/full.installed
 	@$(BIN)/ruff check .

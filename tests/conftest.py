@@ -26,7 +26,12 @@ if TYPE_CHECKING:
     from jet_gym.simulation import World
 
 hypothesis.settings.register_profile("jet_gym", deadline=None, derandomize=True, max_examples=100)
-hypothesis.settings.load_profile("jet_gym")
+hypothesis.settings.register_profile(  # for make mutate, where a failing example need not become small
+    "mutants",
+    hypothesis.settings.get_profile("jet_gym"),
+    phases=[hypothesis.Phase.explicit, hypothesis.Phase.generate],
+)
+hypothesis.settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "jet_gym"))
 
 FUZZ = int(os.environ.get("JET_GYM_FUZZ", "1"))
 """How many times as many examples the fuzz tests try, and others each time if it is more than 1: ``make fuzz``."""
@@ -232,10 +237,12 @@ def world() -> Iterator[World]:
 
 @pytest.fixture
 def make_env() -> Iterator[Callable[..., gym.Env[Any, Any]]]:
-    """Make environments that are closed after the test."""
+    """Make environments that are closed after the test, which is skipped where it lacks PyBullet."""
     made: list[gym.Env[Any, Any]] = []
 
     def make(**options: Any) -> gym.Env[Any, Any]:
+        if options.get("physics", "bullet") == "bullet" or "render_mode" in options:
+            pytest.importorskip("pybullet")
         made.append(gym.make("JetHR1Step-v0", **options))
         return made[-1]
 

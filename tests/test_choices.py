@@ -149,6 +149,8 @@ def test_whatever_is_observed_the_action_is_in_the_box(shares: Array) -> None:
 
 @pytest.mark.parametrize("physics", ["quasistatic", "bullet"])
 def test_the_wrapper_does_what_is_chosen(physics: str) -> None:
+    if physics == "bullet":
+        pytest.importorskip("pybullet")
     env = ChooseThrust(gym.make("JetHR1Step-v0", physics=physics))
     env.reset(seed=1)
     _, _, _, _, info = env.step(np.array([-1.0, 0.0, 0.0], dtype=np.float32))

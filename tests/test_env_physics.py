@@ -86,6 +86,7 @@ def test_frames_show_what_happens_and_change_nothing(make_env: Any, physics: str
 
 
 def test_a_window_without_a_display_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("pybullet")
     from jet_gym.errors import JetGymError
 
     monkeypatch.delenv("DISPLAY", raising=False)

@@ -93,6 +93,7 @@ def test_a_folder_that_cannot_be_written_is_told_before_the_work(
 def test_a_file_system_that_turned_read_only_is_told_before_the_work(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    pytest.importorskip("pybullet")
     monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK)
     for command in (["plan", "side"], ["robustness"], ["compare", "--json"], ["simulate", "paper", "--log"]):
         option = [] if command[-1].startswith("--") else ["--output"]

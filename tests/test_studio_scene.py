@@ -48,8 +48,7 @@ def test_pointer_meets_the_plane_of_a_block(rng: np.random.Generator) -> None:
 
 def test_robot_on_the_page_is_put_together_as_kinematics_has_it(plan: Plan) -> None:
     """The scene's chain of frames, multiplied out, leads to the soles that the kinematics knows."""
-    from viser.transforms import SE3, SO3
-
+    transforms = pytest.importorskip("viser.transforms")
     robot = plan.step.robot
     urdf = robot_tree(robot.urdf_path).urdf
     joints = plan.joint_positions[11]
@@ -58,14 +57,15 @@ def test_robot_on_the_page_is_put_together_as_kinematics_has_it(plan: Plan) -> N
         pose = np.eye(4)
         for name in leg.joints:
             joint = urdf.joints[name]
-            turn = SO3.exp(joints[robot.joint_names.index(name)] * joint.axis)
-            pose = pose @ joint.origin @ SE3.from_rotation(turn).as_matrix()
+            turn = transforms.SO3.exp(joints[robot.joint_names.index(name)] * joint.axis)
+            pose = pose @ joint.origin @ transforms.SE3.from_rotation(turn).as_matrix()
         foot = leg.joints[-1]
         sole = np.linalg.inv(urdf.zero_poses[urdf.joints[foot].child]) @ urdf.zero_poses[leg.sole]
         np.testing.assert_allclose((pose @ sole)[:3, 3], body.soles[side], atol=1e-9)
 
 
 def test_every_link_with_a_visual_is_drawn_with_its_colours() -> None:
+    pytest.importorskip("trimesh")
     tree = robot_tree(SIDE.step.robot.urdf_path)
     assert {"pelvis", "left_thigh", "right_foot"} <= set(tree.shapes)
     assert "left_fan" not in tree.shapes  # it belongs to the foot that carries it
@@ -97,6 +97,7 @@ def test_boundary_of_nothing_has_no_face() -> None:
 
 
 def test_hull_of_the_balance_space_lies_around_its_places() -> None:
+    pytest.importorskip("trimesh")
     space = compute_balance_space(0.08, threads=1)
     inside = space.reachable(with_thrust=True)
     vertices, _ = hull_of(space, inside)

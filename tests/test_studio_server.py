@@ -16,6 +16,8 @@ from jet_gym.cli import run
 from jet_gym.studio.errors import PortInUseError
 from jet_gym.studio.server import Studio
 
+pytest.importorskip("viser")
+
 
 def test_page_is_served_to_this_machine_alone() -> None:
     with Studio(port=0) as studio:
