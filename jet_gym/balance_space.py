@@ -26,7 +26,7 @@ from jet_gym.balance import BalanceSettings
 from jet_gym.balance_exhaustion import NEVER, explore_columns
 from jet_gym.errors import require_within
 from jet_gym.files import read_arrays, write_whole_with
-from jet_gym.leg import Side, Six, Vector
+from jet_gym.leg import Side, Six, Vector, six
 from jet_gym.posture import swing_and_support
 from jet_gym.progress import Progress
 from jet_gym.robot import Robot, jet_hr1
@@ -281,7 +281,7 @@ def _check_resolution(resolution: float) -> None:
 
 def _efforts(robot: Robot, swing: Side) -> tuple[Six, Six]:
     """Return the largest torques of the swing and of the support leg [N m]."""
-    left, right = _six(robot.effort[:6]), _six(robot.effort[6:])
+    left, right = six(robot.effort[:6].tolist()), six(robot.effort[6:].tolist())
     return (left, right) if swing == "left" else (right, left)
 
 
@@ -308,8 +308,3 @@ def _overlap(robot: Robot, swing: Side, away: Array) -> NDArray[np.bool_]:
         shared = np.minimum(away[:, axis] + a_high, b_high) - np.maximum(away[:, axis] + a_low, b_low)
         overlaps &= shared > 1e-9
     return overlaps
-
-
-def _six(values: Array) -> Six:
-    a, b, c, d, e, f = (float(value) for value in values)
-    return a, b, c, d, e, f

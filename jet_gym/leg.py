@@ -11,7 +11,7 @@ What does not fit is refused with a :class:`~jet_gym.errors.RobotError` that nam
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -111,18 +111,19 @@ def read_leg(urdf: Urdf, names: LegNames) -> Leg:
         fan=_vector(_foot_frame(urdf, names.fan, foot) - ankle),
         sole_rectangle=_sole_rectangle(urdf, foot, names.sole),
         knee_direction=_knee_direction(knee - hip, ankle - knee, limits[3]),
-        axis_signs=_six(signs),
-        lower=_six([low for low, _ in limits]),
-        upper=_six([high for _, high in limits]),
-        range_cosines=_six([math.cos(0.5 * (low + high)) for low, high in limits]),
-        range_sines=_six([math.sin(0.5 * (low + high)) for low, high in limits]),
-        range_half_cosines=_six([math.cos(min(0.5 * (high - low), math.pi)) for low, high in limits]),
-        masses=_six(masses),
+        axis_signs=six(signs),
+        lower=six([low for low, _ in limits]),
+        upper=six([high for _, high in limits]),
+        range_cosines=six([math.cos(0.5 * (low + high)) for low, high in limits]),
+        range_sines=six([math.sin(0.5 * (low + high)) for low, high in limits]),
+        range_half_cosines=six([math.cos(min(0.5 * (high - low), math.pi)) for low, high in limits]),
+        masses=six(masses),
         mass_moments=tuple(moments),
     )
 
 
-def _six(values: Sequence[float]) -> Six:
+def six(values: Iterable[float]) -> Six:
+    """Return six numbers, one for each joint of a leg, as compiled code takes them."""
     a, b, c, d, e, f = values
     return a, b, c, d, e, f
 

@@ -126,7 +126,7 @@ def swing_sole(row: Array, fraction: float) -> Vector:
 
 @inlined
 def three(row: Array, column: int) -> Vector:
-    """Return three numbers of a lane from a column on."""
+    """Return three numbers of a lane, or of another array, from a place on."""
     return row[column], row[column + 1], row[column + 2]
 
 

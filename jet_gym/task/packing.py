@@ -10,8 +10,9 @@ from jet_gym.arrays import Array
 from jet_gym.balance import BalanceParameters
 from jet_gym.compilation import inlined
 from jet_gym.fitness import FitnessParameters
-from jet_gym.leg import Leg, Six, Vector
+from jet_gym.leg import Leg, Six
 from jet_gym.robot import Trunk
+from jet_gym.task.lanes import three
 from jet_gym.task.settings import TaskParameters
 
 _LEG_NUMBERS = 80
@@ -51,7 +52,7 @@ def unpack(n: Array) -> TaskNumbers:
     return TaskNumbers(
         _leg(n, 0),
         _leg(n, _LEG_NUMBERS),
-        Trunk(_three(n, at), n[at + 3]),
+        Trunk(three(n, at), n[at + 3]),
         n[at + 4],
         BalanceParameters(n[at + 5] != 0.0, n[at + 6], n[at + 7], n[at + 8], n[at + 9]),
         FitnessParameters(n[at + 10], n[at + 11], n[at + 12], n[at + 13], n[at + 14]),
@@ -64,11 +65,11 @@ def unpack(n: Array) -> TaskNumbers:
 @inlined
 def _leg(n: Array, i: int) -> Leg:
     return Leg(
-        _three(n, i),
-        _three(n, i + 3),
-        _three(n, i + 6),
-        _three(n, i + 9),
-        _three(n, i + 12),
+        three(n, i),
+        three(n, i + 3),
+        three(n, i + 6),
+        three(n, i + 9),
+        three(n, i + 12),
         (n[i + 15], n[i + 16], n[i + 17], n[i + 18]),
         n[i + 19],
         _six(n, i + 20),
@@ -79,15 +80,10 @@ def _leg(n: Array, i: int) -> Leg:
         _six(n, i + 50),
         _six(n, i + 56),
         (
-            _three(n, i + 62), _three(n, i + 65), _three(n, i + 68),
-            _three(n, i + 71), _three(n, i + 74), _three(n, i + 77),
+            three(n, i + 62), three(n, i + 65), three(n, i + 68),
+            three(n, i + 71), three(n, i + 74), three(n, i + 77),
         ),
     )  # fmt: skip
-
-
-@inlined
-def _three(n: Array, i: int) -> Vector:
-    return n[i], n[i + 1], n[i + 2]
 
 
 @inlined
