@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from time import perf_counter, sleep
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from jet_gym.arrays import Array, finite_array
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.leg import opposite
 from jet_gym.robot import Robot, jet_hr1
+from jet_gym.self_closing import SelfClosing
 from jet_gym.simulation.actuators import Actuators
 from jet_gym.simulation.body import Pose, RobotBody
 from jet_gym.simulation.bullet import configure, connect
@@ -30,7 +30,7 @@ from jet_gym.simulation.settings import SimulationSettings
 from jet_gym.step import Step
 
 
-class World:
+class World(SelfClosing):
     """A robot on three cartons in a physics server of its own.
 
     After :meth:`reset`, the same commands give the same states to the last bit, whatever happened before and
@@ -74,14 +74,6 @@ class World:
         self._footing: Footing | None = None  # none: the robot stands nowhere
         self._steps_done, self._time_asked = 0, 0.0
         self._step_number = 0  # of the course
-
-    def __enter__(self) -> World:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Shut down this world's physics server; a second time does nothing."""

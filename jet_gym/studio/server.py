@@ -9,9 +9,9 @@ import socket
 import threading
 import warnings
 from collections.abc import Iterator
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from jet_gym.self_closing import SelfClosing
 from jet_gym.studio.errors import PortInUseError, StudioError, ViserMissingError
 from jet_gym.studio.inputs import Inputs
 
@@ -27,7 +27,7 @@ _FIELD_OF_VIEW = 0.66  # [rad]
 _FOG = (3.0, 7.5)  # [m] from where on things fade into the background, and where they are gone
 
 
-class Studio:
+class Studio(SelfClosing):
     """Serves the page until it is closed; a context manager.
 
     Args:
@@ -79,14 +79,6 @@ class Studio:
             session.close()
         with _silent():
             self._viser.stop()
-
-    def __enter__(self) -> Studio:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _open(self, client: ClientHandle) -> None:
         from jet_gym.studio.session import Session

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from types import TracebackType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from jet_gym.arrays import Array
 from jet_gym.courses import CARTON_HEIGHT
 from jet_gym.errors import require_whole
 from jet_gym.robot import Robot, jet_hr1
+from jet_gym.self_closing import SelfClosing
 from jet_gym.simulation.errors import WorldStateError
 from jet_gym.simulation.pictures.camera import Camera, CameraSettings
 from jet_gym.simulation.pictures.overlay import Overlay, draw_overlay
@@ -34,7 +34,7 @@ _ELBOW_ROOM = 0.10  # [m] around the pelvis
 _CROUCHED = 0.8  # share of its height that the robot has when it walks
 
 
-class Renderer:
+class Renderer(SelfClosing):
     """Draws worlds of one robot. What it draws is a copy, so that drawing changes nothing in a world.
 
     Attributes:
@@ -72,14 +72,6 @@ class Renderer:
         self.stage = Stage(robot or jet_hr1())
         self._supersampling = supersampling
         self._light = Camera(_LIGHT_PIXELS, _LIGHT_PIXELS, _LIGHT)
-
-    def __enter__(self) -> Renderer:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Shut down the stage; a second time does nothing."""
