@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import math
+import shutil
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,12 +15,14 @@ from agents import make_planner
 from jet_gym.balance_space import compute_balance_space
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.plan import Plan
+from jet_gym.robot import Robot
 from jet_gym.studio.inputs import Inputs
+from jet_gym.studio.motion import Motion
 from jet_gym.studio.scene.balance_cloud import boundary_of, hull_of
 from jet_gym.studio.scene.balance_view import edge_polygon
 from jet_gym.studio.scene.ground_view import meet_horizontal_plane
 from jet_gym.studio.scene.robot_shapes import robot_tree
-from jet_gym.studio.scene.robot_view import joints_near_limits
+from jet_gym.studio.scene.robot_view import RobotView, joints_near_limits
 
 SIDE = Inputs.of_motion("side")
 
@@ -62,6 +68,60 @@ def test_robot_on_the_page_is_put_together_as_kinematics_has_it(plan: Plan) -> N
         foot = leg.joints[-1]
         sole = np.linalg.inv(urdf.zero_poses[urdf.joints[foot].child]) @ urdf.zero_poses[leg.sole]
         np.testing.assert_allclose((pose @ sole)[:3, 3], body.soles[side], atol=1e-9)
+
+
+class Frames:
+    """A scene that notes where its frames are."""
+
+    def __init__(self) -> None:
+        self.placed: dict[str, SimpleNamespace] = {}
+
+    def add_frame(self, name: str, position: Any = (0.0, 0.0, 0.0), **_: Any) -> SimpleNamespace:
+        self.placed[name] = SimpleNamespace(position=np.array(position), wxyz=np.array([1.0, 0.0, 0.0, 0.0]))
+        return self.placed[name]
+
+    def add_mesh_simple(self, *_: Any, **__: Any) -> SimpleNamespace:
+        return SimpleNamespace(visible=False)
+
+
+def test_frames_of_a_robot_that_is_placed_lead_to_its_ankles(plan: Plan) -> None:
+    from viser.transforms import SE3, SO3
+
+    scene, pose = Frames(), Motion.of_plan(plan).at(0.4 * plan.step.duration)
+    RobotView(scene, "/robot", plan.step.robot).place(pose)
+    body = forward_kinematics(plan.step.robot, pose.joint_positions)
+    for side, leg in enumerate(("left", "right")):
+        (foot,) = (name for name in scene.placed if name.endswith(f"/{leg}_foot"))
+        parts = foot.split("/")
+        chain = [scene.placed["/".join(parts[: k + 1])] for k in range(1, len(parts))]
+        place = SE3.identity()
+        for frame in chain:
+            place = place @ SE3.from_rotation_and_translation(SO3(frame.wxyz), frame.position)
+        ankle = pose.pelvis + SO3(pose.orientation).apply(body.ankles[side])
+        np.testing.assert_allclose(place.translation(), ankle, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "content"),
+    [
+        ("damaged.ply", b"ply\nformat ascii 1.0\nelement vertex 3\nend_header\n"),
+        ("damaged.obj", b"v 0 0 0\nf 1 2 3\n"),
+        ("damaged.glb", b"glTF"),
+        ("needs_another_library.dae", b"<COLLADA/>"),
+        ("of_no_known_format.x", b"mesh"),
+        ("missing.stl", None),
+    ],
+)
+def test_mesh_that_cannot_be_read_is_left_out(
+    robot: Robot, tmp_path: Path, mesh: str, content: bytes | None
+) -> None:
+    urdf = tmp_path / "robot.urdf"
+    urdf.write_text(robot.urdf_path.read_text().replace("meshes/pelvis_frame.obj", mesh))
+    shutil.copytree(robot.urdf_path.parent / "meshes", tmp_path / "meshes")
+    if content is not None:
+        (tmp_path / mesh).write_bytes(content)
+    whole, rest = (robot_tree(path).shapes["pelvis"] for path in (robot.urdf_path, urdf))
+    assert 0 < sum(len(shape.faces) for shape in rest) < sum(len(shape.faces) for shape in whole)
 
 
 def test_every_link_with_a_visual_is_drawn_with_its_colours() -> None:

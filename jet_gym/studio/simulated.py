@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from jet_gym.arrays import Array
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.leg import SIDES
 from jet_gym.plan import Plan
 from jet_gym.simulation.history import Execution
-from jet_gym.simulation.rotation import matrix
 from jet_gym.studio.motion import Motion, Pose
 
 _MOTION = "motion 1"  # the phase in which the plan's own step is made
@@ -56,8 +56,7 @@ class Simulated:
         time = _plan_clock(execution, plan)
         swing = SIDES.index(plan.step.swing)
         body = forward_kinematics(plan.step.robot, execution.joint_positions)
-        axes = np.array([matrix((x, y, z, w)) for x, y, z, w in execution.pelvis_orientation.tolist()])
-        fan = execution.pelvis + np.einsum("nij,nj->ni", axes, body.fans[:, swing])
+        fan = execution.pelvis + Rotation.from_quat(execution.pelvis_orientation).apply(body.fans[:, swing])
         assigned = np.column_stack([np.interp(time, plan.time, plan.assigned_zmp[:, k]) for k in range(2)])
         thrust = execution.thrust_delivered[:, swing]
         poses = Pose(

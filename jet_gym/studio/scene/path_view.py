@@ -13,7 +13,7 @@ from jet_gym.step import Step
 from jet_gym.studio.scene.colors import Rgb, rgb
 
 if TYPE_CHECKING:
-    from viser import SceneApi
+    from viser import FrameHandle, SceneApi
 
 _BEAD = 0.0065  # [m]
 
@@ -23,35 +23,25 @@ class PathView:
 
     Beads of swing points that violate a constraint are red.
 
+    Attributes:
+        node: What all of it hangs on in the scene.
+
     Args:
         scene: Where it is drawn.
-        name: Name of its node.
+        name: Name of the node.
         color: Colour of the pelvis path; black where omitted.
     """
 
     def __init__(self, scene: SceneApi, name: str, color: Rgb | None = None) -> None:
         color = rgb(INK) if color is None else color
         self._color = color
-        self._root = scene.add_frame(name, show_axes=False)
+        self.node: FrameHandle = scene.add_frame(name, show_axes=False)
         lines = {"thickness": 2.5, "thickness_units": "screen"}
         self._swing = scene.add_line_segments(f"{name}/swing", np.zeros((1, 2, 3)), rgb(INK), **lines)
         self._pelvis = scene.add_line_segments(f"{name}/pelvis", np.zeros((1, 2, 3)), color, **lines)
         beads = {"point_size": _BEAD, "point_shape": "circle", "precision": "float32"}
         self._swing_beads = scene.add_point_cloud(f"{name}/swing_beads", np.zeros((1, 3)), (0, 0, 0), **beads)
         self._pelvis_beads = scene.add_point_cloud(f"{name}/pelvis_beads", np.zeros((1, 3)), (0, 0, 0), **beads)
-
-    @property
-    def visible(self) -> bool:
-        """Whether it is drawn."""
-        return bool(self._root.visible)
-
-    @visible.setter
-    def visible(self, visible: bool) -> None:
-        self._root.visible = visible
-
-    def remove(self) -> None:
-        """Take it out of the scene."""
-        self._root.remove()
 
     def show_step(self, step: Step) -> None:
         """Draw the swing path of a step."""

@@ -120,7 +120,7 @@ def _mesh(shape: ElementTree.Element, folder: Path) -> Trimesh | None:
         return None
     try:
         loaded = trimesh.load(file, force="mesh", process=False)
-    except (ValueError, ImportError, NotImplementedError):  # of a format that needs another library
+    except Exception:  # its readers raise whatever a damaged file, or one that needs another library, leads them to
         return None
     mesh = trimesh.Trimesh(vertices=loaded.vertices, faces=loaded.faces, process=False)
     mesh.apply_scale(_numbers(shape.get("scale", "1 1 1")))

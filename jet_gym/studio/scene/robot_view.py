@@ -23,9 +23,12 @@ _RING_RADIUS, _RING_THICKNESS = 0.04, 0.0028  # [m]
 class RobotView:
     """A robot whose links hang on each other in the scene, so that only joints and pelvis are sent as it moves.
 
+    Attributes:
+        node: What all of it hangs on in the scene.
+
     Args:
         scene: Where it is drawn.
-        name: Name of its node.
+        name: Name of the node.
         robot: The robot.
         color: One colour for the whole robot; the file's own where ``None``.
         opacity: How solid it is, from 0 to 1; as solid as can be where ``None``.
@@ -34,11 +37,13 @@ class RobotView:
     def __init__(
         self, scene: SceneApi, name: str, robot: Robot, color: Color | None = None, opacity: float | None = None
     ) -> None:
+        from viser.transforms import SO3
+
         tree = robot_tree(robot.urdf_path)
         urdf = tree.urdf
         self._robot = robot
-        self._root = scene.add_frame(name, show_axes=False)
-        paths, self._origins, self._axes = {urdf.root: name}, [], []
+        self.node: FrameHandle = scene.add_frame(name, show_axes=False)
+        paths, origins, axes = {urdf.root: name}, [], []
         self._joints: list[FrameHandle] = []
         self._rings: list[MeshHandle] = []
         for joint_name in robot.joint_names:
@@ -47,10 +52,11 @@ class RobotView:
             origin = np.linalg.inv(urdf.zero_poses[carrier]) @ urdf.zero_poses[joint.parent] @ joint.origin
             path = paths[joint.child] = f"{paths[carrier]}/{joint.child}"
             self._joints.append(scene.add_frame(path, show_axes=False, position=origin[:3, 3]))
-            self._origins.append(_quaternion(origin[:3, :3]))
-            self._axes.append(joint.axis)
+            origins.append(origin[:3, :3])
+            axes.append(joint.axis)
             if color is None:
                 self._rings.append(_add_ring(scene, f"{path}/limit", joint.axis))
+        self._origins, self._axes = SO3.from_matrix(np.array(origins)), np.array(axes)
         for link, shapes in tree.shapes.items():
             whole = shapes if color is None else (_merged(shapes, color),)
             for number, shape in enumerate(whole):
@@ -65,31 +71,19 @@ class RobotView:
                     receive_shadow=opacity is None,
                 )
 
-    @property
-    def visible(self) -> bool:
-        """Whether it is drawn."""
-        return bool(self._root.visible)
-
-    @visible.setter
-    def visible(self, visible: bool) -> None:
-        self._root.visible = visible
-
     def place(self, pose: Pose) -> None:
         """Move it into a pose and mark the joints that are near the end of their range."""
-        self._root.position = pose.pelvis
-        self._root.wxyz = pose.orientation
-        half = 0.5 * pose.joint_positions[:, None]
-        turns = np.hstack([np.cos(half), np.sin(half) * np.array(self._axes)])
-        for frame, turn in zip(self._joints, _products(np.array(self._origins), turns), strict=True):
+        from viser.transforms import SO3
+
+        self.node.position = pose.pelvis
+        self.node.wxyz = pose.orientation
+        turns = self._origins @ SO3.exp(pose.joint_positions[:, None] * self._axes)
+        for frame, turn in zip(self._joints, turns.wxyz, strict=True):
             frame.wxyz = turn
         for ring, room in zip(self._rings, room_to_limits(self._robot, pose.joint_positions), strict=False):
             ring.visible = bool(room < NEAR_LIMIT)
             if ring.visible:
                 ring.color = _AT_COLOR if room < AT_LIMIT else _NEAR_COLOR
-
-    def remove(self) -> None:
-        """Take it out of the scene."""
-        self._root.remove()
 
 
 def room_to_limits(robot: Robot, joint_positions: Array) -> Array:
@@ -118,23 +112,3 @@ def _merged(shapes: tuple[Shape, ...], color: Color) -> Shape:
     first = np.cumsum([0, *(len(shape.vertices) for shape in shapes)])
     faces = [shape.faces + offset for shape, offset in zip(shapes, first, strict=False)]
     return Shape(np.concatenate([shape.vertices for shape in shapes]), np.concatenate(faces), color)
-
-
-def _quaternion(rotation: Array) -> Array:
-    from viser.transforms import SO3
-
-    return np.asarray(SO3.from_matrix(rotation).wxyz, dtype=np.float64)
-
-
-def _products(a: Array, b: Array) -> Array:
-    """Return the rotations ``a b`` (N, 4) of quaternions w, x, y, z, first b, then a."""
-    aw, ax, ay, az = a.T
-    bw, bx, by, bz = b.T
-    return np.column_stack(
-        [
-            aw * bw - ax * bx - ay * by - az * bz,
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-        ]
-    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from jet_gym.arrays import Array
 from jet_gym.figures.style import planner_styles
@@ -27,6 +27,14 @@ LAYERS = ("paths", "support and ZMP", "edge polygon", "centre of mass", "thrust"
 _GHOST_OPACITY = 0.32
 
 
+class _Ghost(NamedTuple):
+    """Another planner's plan beside the one that is shown."""
+
+    planner: str
+    body: RobotView
+    paths: PathView
+
+
 class Stage:
     """The robot, a ghost beside it, what they stand on, and what holds them in balance.
 
@@ -46,9 +54,7 @@ class Stage:
         self._body = RobotView(scene, "/robot", robot)
         self._paths = PathView(scene, "/paths")
         self._balance = BalanceView(scene)
-        self._ghost: RobotView | None = None
-        self._ghost_paths: PathView | None = None
-        self._ghost_planner = ""
+        self._ghost: _Ghost | None = None
         self._hidden: set[str] = set()
 
     def show_step(self, inputs: Inputs, step: Step | None) -> None:
@@ -64,21 +70,18 @@ class Stage:
 
     def show_rival(self, plan: Plan | None) -> None:
         """Draw a ghost for another planner's plan, or none."""
-        if plan is None or plan.planner != self._ghost_planner:
-            for view in (self._ghost, self._ghost_paths):
-                if view is not None:
-                    view.remove()
-            self._ghost = self._ghost_paths = None
-            self._ghost_planner = ""
+        if self._ghost is not None and (plan is None or plan.planner != self._ghost.planner):
+            self._ghost.body.node.remove()
+            self._ghost.paths.node.remove()
+            self._ghost = None
         if plan is None:
             return
-        if self._ghost is None or self._ghost_paths is None:
+        if self._ghost is None:
             color = rgb(planner_styles([plan.planner])[plan.planner].color)
-            self._ghost = RobotView(self._scene, "/ghost", self._robot, color, _GHOST_OPACITY)
-            self._ghost_paths = PathView(self._scene, "/ghost_paths", color)
-            self._ghost_paths.visible = "paths" not in self._hidden
-            self._ghost_planner = plan.planner
-        self._ghost_paths.show_plan(plan)
+            body = RobotView(self._scene, "/ghost", self._robot, color, _GHOST_OPACITY)
+            self._ghost = _Ghost(plan.planner, body, PathView(self._scene, "/ghost_paths", color))
+            self._ghost.paths.node.visible = "paths" not in self._hidden
+        self._ghost.paths.show_plan(plan)
 
     def place(self, pose: Pose, rival: Pose | None, max_thrust: float) -> None:
         """Show the robot in a pose, and the ghost in another.
@@ -91,15 +94,15 @@ class Stage:
         self._body.place(pose)
         self._balance.place(pose, max_thrust)
         if rival is not None and self._ghost is not None:
-            self._ghost.place(rival)
+            self._ghost.body.place(rival)
 
     def show_layer(self, layer: str, visible: bool) -> None:
         """Draw one of :data:`LAYERS`, or leave it out."""
         (self._hidden.discard if visible else self._hidden.add)(layer)
         if layer == "paths":
-            for view in (self._paths, self._ghost_paths):
-                if view is not None:
-                    view.visible = visible
+            self._paths.node.visible = visible
+            if self._ghost is not None:
+                self._ghost.paths.node.visible = visible
         elif layer == "names of blocks":
             self.ground.show_names(visible)
         else:
