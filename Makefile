@@ -63,11 +63,15 @@ mutants.commit()
 endef
 export DRAW
 
+# The modules that are mutated, each followed by what else tests/test_*.py holds it to.
+MUTATED := "fitness" "balance least_thrust assigned_zmp edge_polygon balance_settings" "kinematics inverse_kinematics singular_legs"
+
 mutate: .venv/full.installed  ## mutants of the mathematics against its tests, in a copy of the source; an hour or so, estimated
 	@$(PIP) --quiet cosmic-ray
 	@mkdir -p build && rm -rf build/mutants && git worktree prune && git worktree add --quiet --detach build/mutants && ln -s ../../.venv build/mutants/.venv
-	@cd build/mutants && for module in fitness balance kinematics; do \
-	  sed "s/MODULE/$$module/" cosmic-ray.toml > $$module.toml && .venv/bin/cosmic-ray init $$module.toml $$module.sqlite && \
+	@cd build/mutants && for names in $(MUTATED); do \
+	  module=$${names%% *}; tests=$$(printf "tests/test_%s.py " $$names); \
+	  sed -e "s|MODULE|$$module|" -e "s|TESTS |$$tests|" cosmic-ray.toml > $$module.toml && .venv/bin/cosmic-ray init $$module.toml $$module.sqlite && \
 	  .venv/bin/cr-filter-operators $$module.sqlite $$module.toml && .venv/bin/python -c "$$DRAW" $$module.sqlite "$(MUTANTS)" && \
 	  .venv/bin/cosmic-ray exec $$module.toml $$module.sqlite && .venv/bin/cr-report $$module.sqlite --show-diff --surviving-only || exit; done
 

@@ -8,7 +8,7 @@ import os
 import shutil
 import signal
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +24,7 @@ from jet_gym.courses import PAPER
 
 if TYPE_CHECKING:
     from jet_gym.simulation import World
+    from jet_gym.simulation.trials import Experiment
 
 hypothesis.settings.register_profile("jet_gym", deadline=None, derandomize=True, max_examples=100)
 hypothesis.settings.register_profile(  # for make mutate, where a failing example need not become small
@@ -49,7 +50,7 @@ def fuzz_settings(examples: int) -> hypothesis.settings:
 
 
 if importlib.util.find_spec("stable_baselines3") is None:  # the base install, without the extra [train]
-    collect_ignore = ["test_replay.py", "test_training.py"]
+    collect_ignore = ["test_imitation.py", "test_replay.py", "test_training.py", "test_vec_env.py"]
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # run in the background, where commands would not hear Ctrl-C
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -223,6 +224,27 @@ def side_plan() -> Plan:
 def forward_plan() -> Plan:
     """The paper's step across the ditch, as GAS plans it."""
     return make_planner("gas").plan(PAPER.forward, seed=0)
+
+
+@pytest.fixture(scope="session")
+def rivals(side_plan: Plan) -> list[Plan]:
+    """Plans of one step by three planners, the first of them GAS."""
+    return [side_plan, *(make_planner(name).plan(PAPER.side, seed=0) for name in ("ga", "gaex"))]
+
+
+@pytest.fixture(scope="session")
+def experiment() -> Experiment:
+    """Trials of one short step, under disturbances so large that some of them fail."""
+    pytest.importorskip("pybullet")
+    from jet_gym.simulation import CourseSettings, DisturbanceRanges, ExecutionSettings, SimulationSettings
+    from jet_gym.simulation.trials import Experiment
+
+    plan = make_planner("gas").plan(replace(PAPER.side, points=20), seed=0)
+    course = CourseSettings(
+        stand_time=0.1, shift_time=0.8, time_scale=0.3, ease_time=0.3, finish_time=0.5, rest_time=0.1
+    )
+    settings = ExecutionSettings(course=course, simulation=SimulationSettings(sample_every=8))
+    return Experiment((plan,), settings, DisturbanceRanges().scaled(3.0), seed=5)
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
+from waiting import PATIENCE
 
 from jet_gym import jet_hr1
 from jet_gym.balance import BalanceSettings
@@ -19,7 +20,6 @@ pytest.importorskip("trimesh")
 
 INPUTS = SpaceInputs(jet_hr1(), "left", BalanceSettings())
 SUPPORT = (0.1, -0.2, 0.05)
-PATIENCE = 300.0  # [s]
 
 
 @pytest.fixture

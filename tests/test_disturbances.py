@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import jet_gym  # noqa: F401  (registers the environment)
-from agents.planner import make_planner
 from jet_gym.courses import PAPER
 from jet_gym.errors import SettingsError
 from jet_gym.plan import Plan
@@ -22,8 +21,8 @@ pytest.importorskip("pybullet")
 
 
 @pytest.fixture(scope="module")
-def plan() -> Plan:
-    return make_planner("gas").plan(PAPER.side, seed=0)
+def plan(side_plan: Plan) -> Plan:
+    return side_plan
 
 
 def stand(world: World, plan: Plan, disturbance: Disturbance, point: int = 0, seconds: float = 0.4):

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from legends import legend_texts
 
 import agents
 from jet_gym import JetGymError, Step
@@ -27,16 +28,10 @@ from jet_gym.plan import Plan
 from jet_gym.statistics import Interval
 
 
-@pytest.fixture(scope="module", params=["side", "forward"])
+@pytest.fixture(params=["side", "forward"])
 def plan(request: pytest.FixtureRequest) -> Plan:
     """A plan of each of the paper's motions; the pelvis turns in the forward one."""
-    return agents.make_planner("gas").plan(PAPER[request.param], seed=0)
-
-
-@pytest.fixture(scope="module")
-def rivals() -> list[Plan]:
-    """Plans of one step by three planners."""
-    return [agents.make_planner(name).plan(PAPER.side, seed=0) for name in ("gas", "ga", "gaex")]
+    return request.getfixturevalue(f"{request.param}_plan")
 
 
 @pytest.fixture(scope="module")
@@ -62,10 +57,6 @@ def sweep_rows() -> list[Any]:
     """A sweep of two motions, not in order of weight."""
     weights = (5e7, 5e5, 0.0, 5e3)
     return [row(motion, weight, scale) for motion, scale in (("side", 1.0), ("forward", 2.0)) for weight in weights]
-
-
-def legend_texts(figure: Any) -> list[str]:
-    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
 
 
 def assert_nothing_overlaps_or_is_cut(figure: Any) -> None:

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from legends import legend_texts
 
-import agents
 from jet_gym import Step
 from jet_gym.courses import CARTON_HEIGHT, DITCH_SPAN, PAPER
 from jet_gym.figures import plot_locomotion, style
@@ -20,20 +20,10 @@ from jet_gym.plan import Plan
 FRAMES = 4
 
 
-@pytest.fixture(scope="module", params=["side", "forward"])
+@pytest.fixture(params=["side", "forward"])
 def plan(request: pytest.FixtureRequest) -> Plan:
     """A plan of each of the paper's motions; the pelvis turns in the forward one."""
-    return agents.make_planner("gas").plan(PAPER[request.param], seed=0)
-
-
-@pytest.fixture(scope="module")
-def rivals() -> list[Plan]:
-    """Plans of one step by three planners."""
-    return [agents.make_planner(name).plan(PAPER.side, seed=0) for name in ("gas", "ga", "gaex")]
-
-
-def legend_texts(figure: Any) -> list[str]:
-    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    return request.getfixturevalue(f"{request.param}_plan")
 
 
 def lines_of(axes: Any, shape: tuple[int, ...]) -> Iterator[np.ndarray]:

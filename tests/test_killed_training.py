@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
-from test_training import TINY, train
+from tiny_training import TINY, train
 
 from agents.policy import load_policy
 

@@ -7,19 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from page_inputs import SIDE, never
 
 from agents.policy import SHIPPED_POLICY
 from jet_gym.errors import PolicyFileError
 from jet_gym.studio import planning
-from jet_gym.studio.inputs import Inputs
 from jet_gym.studio.own_models import read_model
 from jet_gym.studio.page.table import comparison_table
-
-SIDE = Inputs.of_motion("side")
-
-
-def never() -> bool:
-    return False
 
 
 def policy_file(name: str) -> bytes:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from waiting import PATIENCE
 
 from agents import PLANNERS
 from agents.genetic import GasPlanner
@@ -19,7 +20,6 @@ from jet_gym.studio.planner_threads import PlannerThreads
 from jet_gym.studio.planning import Verdict
 
 SHORT = replace(Inputs.of_motion("side"), points=4)
-PATIENCE = 300.0  # [s]
 
 
 class Listener:

@@ -8,6 +8,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from legs import MIRROR, MIRRORED_JOINTS
+from standing import SOLE
 
 from jet_gym import jet_hr1, load_robot
 from jet_gym.arrays import Array
@@ -21,9 +23,6 @@ from jet_gym.posture_state import fitness_of_candidates
 from jet_gym.robot import Robot
 
 MODELS = ("assigned", "least")
-MIRROR = np.array([1.0, -1.0, 1.0])
-MIRRORED_JOINTS = np.array([-1.0, -1.0, 1.0, 1.0, 1.0, -1.0])
-SOLE = (-0.07, 0.10, -0.05, 0.05)  # [m]
 MAX_THRUST, WEIGHT, EDGE = jet_hr1().max_thrust, jet_hr1().mass * GRAVITY, BalanceSettings.edge_tolerance
 
 by_swing = pytest.mark.parametrize("swing", SIDES)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from waiting import PATIENCE, wait_for
 
 from agents.policy import SHIPPED_POLICY
 from jet_gym.plan import Plan
@@ -24,7 +25,6 @@ from jet_gym.studio.session import Session
 viser = pytest.importorskip("viser")
 
 SHORT = replace(Inputs.of_motion("side"), points=10, duration=2.5)
-PATIENCE = 300.0  # [s]
 
 
 class Tab:
@@ -50,15 +50,6 @@ class Tab:
         if self.closed:
             raise TimeoutError("nobody draws")
         return np.random.default_rng(0).integers(0, 256, (height, width, 3)).astype(np.uint8)
-
-
-def wait_for(condition: Callable[[], Any]) -> Any:
-    """Wait until a condition holds, and return what it returned."""
-    deadline = time.monotonic() + PATIENCE
-    while not (result := condition()):
-        assert time.monotonic() < deadline, "it did not come about"
-        time.sleep(0.01)
-    return result
 
 
 @pytest.fixture(scope="module")

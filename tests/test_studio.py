@@ -9,6 +9,7 @@ from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
+from page_inputs import SIDE, never
 
 from agents import make_planner
 from jet_gym.balance import BalanceSettings
@@ -25,16 +26,10 @@ from jet_gym.studio.page.plots import Curve, Samples, _Plot
 from jet_gym.studio.page.table import comparison_table
 from jet_gym.studio.physics import Physics
 
-SIDE = Inputs.of_motion("side")
-
 
 @pytest.fixture(scope="module")
 def plan() -> Plan:
     return make_planner("gas").plan(SIDE.step, seed=0)
-
-
-def never() -> bool:
-    return False
 
 
 def test_defaults_of_the_page_are_those_of_the_package() -> None:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import gc
 import json
 import shutil
-import subprocess
 import threading
 import time
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,9 @@ from urllib.parse import urlparse
 
 import numpy as np
 import pytest
+from browsing import choose, drag, frames_of, open_tab, pixel_of, upload, verdict_on
+from page_inputs import SIDE
+from waiting import wait_for
 
 from agents import Plan
 from agents.policy import SHIPPED_POLICY
@@ -27,18 +29,8 @@ from jet_gym.studio.server import Studio
 
 pytest.importorskip("viser")
 
-SIDE = Inputs.of_motion("side")
 SHORT = replace(SIDE, points=10, duration=2.5)
 SMALL = {"width": 900, "height": 360}  # a browser without a graphics card draws it in time
-
-
-def wait_for(condition: Callable[[], Any], timeout: float = 180.0) -> Any:
-    """Wait until a condition holds, and return what it returned."""
-    deadline = time.monotonic() + timeout
-    while not (result := condition()):
-        assert time.monotonic() < deadline, "it did not come about"
-        time.sleep(0.05)
-    return result
 
 
 @pytest.fixture(scope="module")
@@ -82,27 +74,6 @@ def ask(session: Any, inputs: Inputs) -> None:
     wait_for(lambda: session._plan_inputs is asked and session.verdict.kind == "holds")
 
 
-def choose(page: Any, menu: str, option: str) -> None:
-    """Choose from a menu of the page."""
-    page.get_by_label(menu, exact=True).click()
-    page.get_by_role("option", name=option, exact=True).locator("visible=true").click()
-
-
-def upload(page: Any, button: str, file: Path) -> None:
-    """Give a file to one of the page's upload buttons."""
-    with page.expect_file_chooser() as chooser:
-        page.get_by_role("button", name=button).click()
-    chooser.value.set_files(file)
-
-
-def open_tab(page: Any, name: str) -> None:
-    page.get_by_role("tab", name=name, exact=True).click()
-
-
-def verdict_on(page: Any) -> str:
-    return str(page.locator("[data-verdict]").inner_text())
-
-
 def test_page_loads_from_this_machine_alone(page: Any, session: Any, studio: Studio) -> None:
     wait_for(lambda: page.locator("canvas").count() >= 1 + 5)  # the scene and five plots
     wait_for(lambda: "every constraint holds at all 30 swing points" in verdict_on(page))
@@ -133,30 +104,6 @@ def test_landing_block_dragged_with_the_mouse_moves(page: Any, session: Any) -> 
     assert 0.002 < np.hypot(*moved[:2]) < 0.3
     assert moved[2] == 0.0
     assert session.plan.step.start == SIDE.start
-
-
-def drag(page: Any, x: float, y: float) -> None:
-    """Move the mouse onto a pixel, press, move a little, and let go, as slowly as a person."""
-    page.mouse.move(x - 2, y)
-    page.mouse.move(x, y)
-    time.sleep(1.0)
-    page.mouse.down()
-    for k in range(1, 5):
-        page.mouse.move(x + 3 * k, y)
-        time.sleep(0.3)
-    page.mouse.up()
-    time.sleep(1.0)
-
-
-def pixel_of(page: Any, session: Any, point: np.ndarray) -> tuple[float, float]:
-    """Return where a point of the world is on the page."""
-    from viser.transforms import SO3
-
-    camera = session._client.camera
-    x, y, z = SO3(camera.wxyz).inverse().apply(point - camera.position)
-    box = page.locator("canvas").first.bounding_box()
-    focal = 0.5 * box["height"] / np.tan(0.5 * camera.fov)
-    return box["x"] + 0.5 * box["width"] + focal * x / z, box["y"] + 0.5 * box["height"] + focal * y / z
 
 
 def test_planner_menu_plans_with_the_chosen_planner(page: Any, session: Any) -> None:
@@ -305,14 +252,6 @@ def test_film_of_the_motion_is_downloaded(
     assert len(pictures) == 6  # 2.5 s at 2 frames a second, both ends
     assert (np.abs(np.diff(pictures.astype(int), axis=0)) > 30).any(axis=(1, 2, 3)).all()  # the robot moves
     wait_for(lambda: page.get_by_text(f"recorded 6 frames as jet-hr1.{kind}").count() == 1)
-
-
-def frames_of(file: Path) -> np.ndarray:
-    """Return the pictures (N, 90, 160, 3) of a film."""
-    ffmpeg = pytest.importorskip("imageio_ffmpeg").get_ffmpeg_exe()
-    command = [ffmpeg, "-v", "error", "-i", str(file), "-fps_mode", "passthrough", "-f", "rawvideo"]
-    pixels = subprocess.run([*command, "-pix_fmt", "rgb24", "-"], check=True, capture_output=True).stdout
-    return np.frombuffer(pixels, dtype=np.uint8).reshape(-1, 90, 160, 3)
 
 
 def test_play_lets_time_pass_and_pause_stops_it(page: Any, session: Any) -> None:

@@ -10,21 +10,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from page_inputs import SIDE
 
 from agents import make_planner
 from jet_gym.balance_space import compute_balance_space
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.plan import Plan
 from jet_gym.robot import Robot
-from jet_gym.studio.inputs import Inputs
 from jet_gym.studio.motion import Motion
 from jet_gym.studio.scene.balance_cloud import boundary_of, hull_of
 from jet_gym.studio.scene.balance_view import edge_polygon
 from jet_gym.studio.scene.ground_view import meet_horizontal_plane
 from jet_gym.studio.scene.robot_shapes import robot_tree
 from jet_gym.studio.scene.robot_view import RobotView, joints_near_limits
-
-SIDE = Inputs.of_motion("side")
 
 
 @pytest.fixture(scope="module")

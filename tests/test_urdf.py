@@ -11,6 +11,7 @@ import pytest
 
 from jet_gym.arrays import Array
 from jet_gym.errors import RobotError
+from jet_gym.leg import SIDES
 from jet_gym.robot import Robot
 from jet_gym.urdf import Link, Urdf, read_urdf, rotation_from_rpy
 
@@ -32,7 +33,6 @@ LEG_MASSES = {  # [kg], the links of each part of a leg
     ("shank",): 0.45,
     ("ankle_link", "foot", "sole", "fan"): 0.65,
 }
-SIDES = ("left", "right")
 
 
 @pytest.fixture(scope="module")

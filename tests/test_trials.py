@@ -1,0 +1,74 @@
+"""Trials under disturbances: the same in one process or two, and on disk whole."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from jet_gym.simulation import DisturbanceRanges
+from jet_gym.simulation.trials import Trial, TrialsFileError, load_trials, run_trials, save_trials
+
+pytest.importorskip("pybullet")
+
+
+@pytest.fixture(scope="module")
+def trials(experiment) -> list[Trial]:
+    return run_trials(experiment, 3, jobs=1)
+
+
+class TestTrials:
+    def test_two_processes_give_what_one_gives(self, experiment, trials):
+        assert run_trials(experiment, 3, jobs=2) == trials
+
+    def test_what_was_interrupted_is_taken_up_again(self, experiment, trials, tmp_path):
+        path = tmp_path / "trials.json"
+
+        def interrupt(done: int, _: int) -> None:
+            if done == 3:
+                raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt):
+            run_trials(experiment, 3, 1, progress=interrupt, save=lambda kept: save_trials(path, experiment, kept))
+        kept = load_trials(path, experiment)
+        assert kept == trials[:3]
+        pid_alone = dataclasses.replace(experiment, controls=("pid",))
+        assert run_trials(pid_alone, 1, 1, kept) == [trial for trial in trials[:2] if trial.control == "pid"]
+        ran: list[int] = []
+        assert run_trials(experiment, 3, 1, kept, progress=lambda done, _: ran.append(done)) == trials
+        assert ran == [4, 5, 6]
+
+    def test_both_ways_to_control_the_thrust_meet_the_same_disturbances(self, trials):
+        by_number = {}
+        for trial in trials:
+            by_number.setdefault(trial.number, []).append(trial.disturbance)
+        assert all(one == other for one, other in by_number.values())
+        assert len({disturbances[0] for disturbances in by_number.values()}) == 3
+
+    def test_a_trial_depends_on_seed_and_number_alone(self, experiment):
+        same = dataclasses.replace(experiment, controls=("pid",))
+        assert same.disturbance(7) == experiment.disturbance(7)
+        assert dataclasses.replace(experiment, seed=6).disturbance(7) != experiment.disturbance(7)
+
+    def test_files_of_other_experiments_are_refused(self, experiment, trials, tmp_path):
+        path = tmp_path / "trials.json"
+        save_trials(path, experiment, trials)
+        with pytest.raises(TrialsFileError, match="another experiment: seed differ"):
+            load_trials(path, dataclasses.replace(experiment, seed=6))
+        with pytest.raises(TrialsFileError, match="ranges"):
+            load_trials(path, dataclasses.replace(experiment, ranges=DisturbanceRanges()))
+
+    @pytest.mark.parametrize(
+        ("content", "message"),
+        [
+            ("{", "not JSON"),
+            ('{"format": "other"}', "field 'format'"),
+            ('{"format": "jet-gym-robustness/1", "trials": [{}]}', "field 'trials' is damaged"),
+            ('{"format": "jet-gym-robustness/1"}', "field 'trials'"),
+        ],
+    )
+    def test_damaged_files_are_refused(self, content, message, tmp_path):
+        path = tmp_path / "trials.json"
+        path.write_text(content)
+        with pytest.raises(TrialsFileError, match=message):
+            load_trials(path)
