@@ -22,7 +22,7 @@ from jet_gym.studio.curves import fitness_terms, zmp_margin
 from jet_gym.studio.inputs import FEET, Inputs
 from jet_gym.studio.motion import Motion
 from jet_gym.studio.page.panel import mirrored
-from jet_gym.studio.page.plots import Curve, Samples, _Plot
+from jet_gym.studio.page.plot import Curve, Plot, Samples
 from jet_gym.studio.page.table import comparison_table
 from jet_gym.studio.physics import Physics
 
@@ -190,7 +190,7 @@ def test_plot_shows_all_of_a_measured_motion_that_lasts_longer_than_the_plan() -
     gui: Any = MagicMock()
     planned = Samples(Curve("planned", "#000000"), np.array([0.0, 1.0]), np.array([1.0, 3.0]))
     measured = Samples(Curve("measured", "#111111"), np.array([-1.0, 2.0]), np.array([0.0, 5.0]))
-    _Plot(gui, MagicMock(), 0.0, "Thrust", "N").show([planned, measured], 0.5)
+    Plot(gui, MagicMock(), 0.0, "Thrust", "N").show([planned, measured], 0.5)
     scales = gui.add_uplot.call_args.kwargs["scales"]
     assert scales["x"]["range"] == (-1.0, 2.0)
     low, high = scales["y"]["range"]

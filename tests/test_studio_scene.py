@@ -83,8 +83,7 @@ class Frames:
 
 
 def test_frames_of_a_robot_that_is_placed_lead_to_its_ankles(plan: Plan) -> None:
-    from viser.transforms import SE3, SO3
-
+    transforms = pytest.importorskip("viser.transforms")
     scene, pose = Frames(), Motion.of_plan(plan).at(0.4 * plan.step.duration)
     RobotView(scene, "/robot", plan.step.robot).place(pose)
     body = forward_kinematics(plan.step.robot, pose.joint_positions)
@@ -92,10 +91,11 @@ def test_frames_of_a_robot_that_is_placed_lead_to_its_ankles(plan: Plan) -> None
         (foot,) = (name for name in scene.placed if name.endswith(f"/{leg}_foot"))
         parts = foot.split("/")
         chain = [scene.placed["/".join(parts[: k + 1])] for k in range(1, len(parts))]
-        place = SE3.identity()
+        place = transforms.SE3.identity()
         for frame in chain:
-            place = place @ SE3.from_rotation_and_translation(SO3(frame.wxyz), frame.position)
-        ankle = pose.pelvis + SO3(pose.orientation).apply(body.ankles[side])
+            turn = transforms.SO3(frame.wxyz)
+            place = place @ transforms.SE3.from_rotation_and_translation(turn, frame.position)
+        ankle = pose.pelvis + transforms.SO3(pose.orientation).apply(body.ankles[side])
         np.testing.assert_allclose(place.translation(), ankle, atol=1e-9)
 
 
@@ -113,6 +113,7 @@ def test_frames_of_a_robot_that_is_placed_lead_to_its_ankles(plan: Plan) -> None
 def test_mesh_that_cannot_be_read_is_left_out(
     robot: Robot, tmp_path: Path, mesh: str, content: bytes | None
 ) -> None:
+    pytest.importorskip("trimesh")
     urdf = tmp_path / "robot.urdf"
     urdf.write_text(robot.urdf_path.read_text().replace("meshes/pelvis_frame.obj", mesh))
     shutil.copytree(robot.urdf_path.parent / "meshes", tmp_path / "meshes")

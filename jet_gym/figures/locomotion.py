@@ -60,7 +60,7 @@ def plot_locomotion(plan: Plan, frames: int = 6) -> Figure:
         columnspacing=2.2,
     )
     headline, where = style.describe_step(step)
-    planner = style.planner_styles([plan.planner])[plan.planner].label
+    planner = style.planner_style(plan.planner).label
     style.add_heading(figure, f"{headline}, planned by {planner}", where, _describe_frames(plan, points))
     return figure
 

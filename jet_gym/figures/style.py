@@ -94,6 +94,11 @@ def planner_styles(planners: Iterable[str]) -> dict[str, CurveStyle]:
     return styles
 
 
+def planner_style(planner: str) -> CurveStyle:
+    """Return how one planner's curves look."""
+    return planner_styles([planner])[planner]
+
+
 def tint(color: str, strength: float) -> tuple[float, float, float]:
     """Mix a colour with white: strength 1 is the colour itself, 0 is white."""
     from matplotlib.colors import to_rgb

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from agents.planner import PLANNERS
@@ -29,7 +29,7 @@ class Inputs:
     """Everything that a plan depends on.
 
     Nothing is checked here, because a person who drags a block passes through steps that make no sense:
-    :meth:`step` and :meth:`balance` refuse them.
+    :attr:`step` and :attr:`balance` refuse them.
 
     Attributes:
         swing: The leg that swings.
@@ -149,13 +149,4 @@ class Inputs:
 
 
 def _fields_of(step: Step) -> dict[str, Any]:
-    return {
-        "swing": step.swing,
-        "start": step.start,
-        "landing": step.landing,
-        "support": step.support,
-        "apex": step.apex,
-        "points": step.points,
-        "duration": step.duration,
-        "robot": step.robot,
-    }
+    return {field.name: getattr(step, field.name) for field in fields(step)}

@@ -13,12 +13,13 @@ from jet_gym.plan import Plan
 from jet_gym.studio.motion import Motion
 from jet_gym.studio.page.output_panel import OutputPanel
 from jet_gym.studio.physics import Physics
-from jet_gym.studio.recording import Picture, encode_film, film_times, shoot
+from jet_gym.studio.recording import FilmKind, Picture, encode_film, film_times, shoot
 from jet_gym.studio.simulated import Simulated
 
 if TYPE_CHECKING:
     from viser import ClientHandle
 
+    from jet_gym.simulation.execution import ThrustControl
     from jet_gym.studio.session import Session
 
 _FILM_RATE = 20.0  # [1/s] frames of a film
@@ -57,13 +58,13 @@ class Outputs:
         self.panel.show_progress(None)
         self.panel.show_choice(False)
 
-    def simulate(self, thrust: str) -> None:
+    def simulate(self, thrust: ThrustControl) -> None:
         """Send the plan to the physics engine; its motion is shown when it is done."""
         plan = self._session.plan
         if plan is not None:
             self.panel.show_outcome("")
             self.panel.show_progress(0.0)
-            self._physics.send(plan, "pid" if thrust == "pid" else "feedforward")
+            self._physics.send(plan, thrust)
 
     def show_simulated(self, simulated: bool) -> None:
         """Show the simulated motion, or the planned one."""
@@ -90,7 +91,7 @@ class Outputs:
         self._session.show_loaded(plan)
         self.panel.show_outcome(f"showing {name}")
 
-    def record(self, kind: str) -> None:
+    def record(self, kind: FilmKind) -> None:
         """Record a film of the motion that is shown, and let the browser save it."""
         threading.Thread(target=self._record, args=(kind,), name="studio-film", daemon=True).start()
 
@@ -108,7 +109,7 @@ class Outputs:
             self.panel.show_choice(True, simulated=True)
             self.show_simulated(True)
 
-    def _record(self, kind: str) -> None:
+    def _record(self, kind: FilmKind) -> None:
         session = self._session
         motion = session.playback.motion
         if motion is None:
@@ -128,7 +129,7 @@ class Outputs:
             return np.asarray(self._client.get_render(height, width, timeout=_PATIENCE), dtype=np.uint8)
 
         try:
-            film = encode_film(shoot(times, show, take), "gif" if kind == "gif" else "mp4", _FILM_RATE)
+            film = encode_film(shoot(times, show, take), kind, _FILM_RATE)
         except (RuntimeError, TimeoutError, OSError) as error:  # the tab was closed, or its browser does not draw
             if not session.closed:
                 self.panel.show_outcome(f"the film failed: {error}", good=False)

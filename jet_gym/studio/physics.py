@@ -7,15 +7,12 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from jet_gym.errors import JetGymError
+from jet_gym.studio.worker import StaleError
 
 if TYPE_CHECKING:
     from jet_gym.plan import Plan
     from jet_gym.simulation.execution import ThrustControl
     from jet_gym.studio.simulated import Simulated
-
-
-class _ClosedError(Exception):
-    """Nobody wants to know any more."""
 
 
 class Physics:
@@ -63,7 +60,7 @@ class Physics:
         def report(done: int, total: int) -> None:
             nonlocal last
             if number != self._wanted:
-                raise _ClosedError
+                raise StaleError
             percent = 100 * done // max(total, 1)
             if percent != last:
                 last = percent
@@ -73,7 +70,7 @@ class Physics:
             result: Simulated | str = Simulated.of_execution(
                 execute([plan], ExecutionSettings(thrust=thrust), progress=report)
             )
-        except _ClosedError:
+        except StaleError:
             return
         except (JetGymError, ValueError) as error:
             result = str(error)

@@ -9,10 +9,10 @@ from typing import Literal
 from agents.planner import Planner, make_planner
 from jet_gym.errors import JetGymError
 from jet_gym.feasibility import Infeasibility, diagnose, infeasibility_sentence
-from jet_gym.figures.style import planner_styles
+from jet_gym.figures.style import planner_style
 from jet_gym.plan import Plan
 from jet_gym.studio.inputs import Inputs
-from jet_gym.studio.worker import Stale
+from jet_gym.studio.worker import Stale, StaleError, give_up_if
 
 Kind = Literal["holds", "violated", "infeasible", "refused"]
 
@@ -34,10 +34,6 @@ class Verdict:
     point: int | None = None
 
 
-class _StaleError(Exception):
-    """A newer job has arrived."""
-
-
 def plan_with(planner: str, inputs: Inputs, stale: Stale) -> Plan | None:
     """Plan a step; give up, returning ``None``, as soon as it is stale.
 
@@ -49,15 +45,10 @@ def plan_with(planner: str, inputs: Inputs, stale: Stale) -> Plan | None:
     Raises:
         JetGymError: If the step or a setting makes no sense, or the planner cannot be loaded.
     """
-
-    def give_up_if_stale(_done: int, _points: int) -> None:
-        if stale():
-            raise _StaleError
-
     agent = _planner(planner, inputs)
     try:
-        plan = agent.plan(inputs.step, seed=inputs.seed, progress=give_up_if_stale)
-    except _StaleError:
+        plan = agent.plan(inputs.step, seed=inputs.seed, progress=give_up_if(stale))
+    except StaleError:
         return None
     return replace(plan, planner=planner)
 
@@ -73,19 +64,15 @@ def _planner(name: str, inputs: Inputs) -> Planner:
 
 def judge(plan: Plan, inputs: Inputs) -> Verdict:
     """Say whether a plan meets every constraint, and where and which it violates otherwise."""
-    name, last = planner_label(plan.planner), plan.step.points - 1
-    points = plan.violated_points
+    failing = len(plan.violated_points)
+    if failing:
+        return _violated(plan, f"; {failing} points violate a constraint" if failing > 1 else "")
     limit = inputs.balance.parameters(plan.step.robot).max_thrust
-    if not points:
-        return Verdict(
-            "holds",
-            f"{name}: every constraint holds at all {last + 1} swing points; "
-            f"thrust up to {plan.thrust.max():.1f} N of {limit:.3g} N.",
-        )
-    worst = _suspects(plan)[0]
-    names = ", ".join(name.replace("_", " ") for name in plan.violations[worst])
-    others = f"; {len(points)} points violate a constraint" if len(points) > 1 else ""
-    return Verdict("violated", f"{name} violates {names} at swing point {worst} (of 0 to {last}){others}.", worst)
+    return Verdict(
+        "holds",
+        f"{planner_label(plan.planner)}: every constraint holds at all {plan.step.points} swing points; "
+        f"thrust up to {plan.thrust.max():.1f} N of {limit:.3g} N.",
+    )
 
 
 def explain(plan: Plan, inputs: Inputs, stale: Stale) -> Verdict | None:
@@ -120,19 +107,19 @@ def infeasible(plan: Plan, findings: Sequence[Infeasibility]) -> Verdict:
 
 def missed(plan: Plan) -> Verdict:
     """Say that a planner violates constraints where every swing point has a posture that meets them."""
+    return _violated(plan, ", though a posture exists there: more swing points or another planner may find it")
+
+
+def _violated(plan: Plan, addition: str) -> Verdict:
     worst = _suspects(plan)[0]
     names = ", ".join(name.replace("_", " ") for name in plan.violations[worst])
-    return Verdict(
-        "violated",
-        f"{planner_label(plan.planner)} violates {names} at swing point {worst} (of 0 to {plan.step.points - 1}), "
-        "though a posture exists there: more swing points or another planner may find it.",
-        worst,
-    )
+    where = f"swing point {worst} (of 0 to {plan.step.points - 1})"
+    return Verdict("violated", f"{planner_label(plan.planner)} violates {names} at {where}{addition}.", worst)
 
 
 def planner_label(name: str) -> str:
     """Return a planner's name as figures have it."""
-    return planner_styles([name])[name].label
+    return planner_style(name).label
 
 
 def refused(error: JetGymError | ValueError) -> Verdict:

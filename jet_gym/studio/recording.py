@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -38,7 +39,7 @@ def encode_film(pictures: Iterable[Picture], kind: FilmKind, frames_per_second: 
     first = next(remaining, None)
     if first is None:
         raise SettingsError("a film needs one picture at least")
-    everything = _even_sized(_chained(first, remaining))
+    everything = _even_sized(itertools.chain([first], remaining))
     return _gif(everything, frames_per_second) if kind == "gif" else _mp4(everything, frames_per_second)
 
 
@@ -61,12 +62,7 @@ def shoot(times: Iterable[float], show: Callable[[float], None], take: Callable[
         yield np.ascontiguousarray(take()[..., :3])
 
 
-def _chained(first: Picture, others: Iterator[Picture]) -> Iterator[Picture]:
-    yield first
-    yield from others
-
-
-def _even_sized(pictures: Iterator[Picture]) -> Iterator[Picture]:
+def _even_sized(pictures: Iterable[Picture]) -> Iterator[Picture]:
     """Cut pictures to an even width and height, which H.264 wants."""
     for picture in pictures:
         height, width = picture.shape[:2]
@@ -78,7 +74,7 @@ def _mp4(pictures: Iterator[Picture], frames_per_second: float) -> bytes:
     size = first.shape[1], first.shape[0]
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "film.mp4"
-        write_mp4(file, _chained(first, pictures), size, frames_per_second)
+        write_mp4(file, itertools.chain([first], pictures), size, frames_per_second)
         return file.read_bytes()
 
 

@@ -18,7 +18,8 @@ from jet_gym.studio.moment import describe_moment
 from jet_gym.studio.motion import Motion
 from jet_gym.studio.outputs import Outputs
 from jet_gym.studio.own_models import read_model
-from jet_gym.studio.page.panel import BALANCE_SPACE, Change, Panel
+from jet_gym.studio.page.controls import Change
+from jet_gym.studio.page.panel import BALANCE_SPACE, Panel
 from jet_gym.studio.page.plots import Plots
 from jet_gym.studio.page.table import comparison_table
 from jet_gym.studio.planner_threads import PlannerThreads

@@ -6,9 +6,25 @@ import threading
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
+from jet_gym.progress import Progress
+
 Job = TypeVar("Job")
 Stale = Callable[[], bool]
 """Tells whether a newer job has arrived, so that the work on this one can be given up."""
+
+
+class StaleError(Exception):
+    """A newer job has arrived, and the work on this one is given up."""
+
+
+def give_up_if(stale: Stale) -> Progress:
+    """Return what work is to tell its progress to; it raises :class:`StaleError` once the job is stale."""
+
+    def told(_done: int, _parts: int) -> None:
+        if stale():
+            raise StaleError
+
+    return told
 
 
 class LatestWorker(Generic[Job]):

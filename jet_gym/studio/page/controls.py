@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from html import escape
-from typing import Any
+from typing import Any, Protocol
+
+from jet_gym.studio.inputs import Inputs
+
+Change = Callable[[Inputs], Inputs]
 
 
 def hint(text: str) -> str:
@@ -19,6 +23,13 @@ def outcome(sentence: str, good: bool = True) -> str:
     return text if sentence else ""
 
 
+class Changeable(Protocol):
+    """A page whose inputs can be changed."""
+
+    def change(self, change: Change, foot: str | None = None) -> None:
+        """Change what is asked for; ``foot`` is the one that was moved, if one was."""
+
+
 def on_update(handle: Any, act: Callable[[Any], None]) -> None:
     """Act on what a person sets, and not on what the page itself does; coroutines keep the order of events."""
 
@@ -27,6 +38,11 @@ def on_update(handle: Any, act: Callable[[Any], None]) -> None:
             act(event.target.value)
 
     handle.on_update(updated)
+
+
+def on_change(controller: Changeable, handle: Any, change: Callable[[Inputs, Any], Inputs]) -> None:
+    """Let what a person sets change what is asked for, from the inputs and the value to new inputs."""
+    on_update(handle, lambda value: controller.change(lambda inputs: change(inputs, value)))
 
 
 def on_click(handle: Any, act: Callable[[Any], None]) -> None:

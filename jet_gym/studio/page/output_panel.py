@@ -5,19 +5,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from jet_gym.studio.page.controls import hint, on_click, on_update, on_upload, outcome
-from jet_gym.studio.recording import FILM_KINDS
+from jet_gym.studio.recording import FILM_KINDS, FilmKind
 
 if TYPE_CHECKING:
     from viser import GuiApi
 
+    from jet_gym.simulation.execution import ThrustControl
+
 PLANNED, SIMULATED = "planned", "simulated"
-THRUST_CONTROLS = ("feedforward", "pid")
+THRUST_CONTROLS: tuple[ThrustControl, ...] = ("feedforward", "pid")
 
 
 class OutputController(Protocol):
     """What the panel asks of its page."""
 
-    def simulate(self, thrust: str) -> None:
+    def simulate(self, thrust: ThrustControl) -> None:
         """Send the plan to the physics engine."""
 
     def show_simulated(self, simulated: bool) -> None:
@@ -29,7 +31,7 @@ class OutputController(Protocol):
     def load(self, name: str, content: bytes) -> None:
         """Show a plan file."""
 
-    def record(self, kind: str) -> None:
+    def record(self, kind: FilmKind) -> None:
         """Record a film of the motion."""
 
 

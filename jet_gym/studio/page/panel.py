@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from html import escape
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from jet_gym.leg import SIDES, opposite
 from jet_gym.studio.inputs import FEET, MOTIONS, Inputs
-from jet_gym.studio.page.controls import hint, on_click, on_update
+from jet_gym.studio.page.controls import hint, on_change, on_click, on_update
 from jet_gym.studio.page.planner_panel import PlannerController, PlannerPanel
 from jet_gym.studio.planning import Verdict
 from jet_gym.studio.scene.stage import LAYERS
@@ -28,14 +28,9 @@ _KIND_COLORS = {
     "refused": ("#fdeaea", "#a01020"),
 }
 
-Change = Callable[[Inputs], Inputs]
-
 
 class Controller(PlannerController, Protocol):
     """What the panel asks of its page."""
-
-    def change(self, change: Change, foot: str | None = None) -> None:
-        """Change what is asked for; ``foot`` is the one that was moved, if one was."""
 
     def seek(self, time: float) -> None:
         """Show a time [s]."""
@@ -60,7 +55,6 @@ class Panel:
     """
 
     def __init__(self, gui: GuiApi, inputs: Inputs, controller: Controller) -> None:
-        self._gui = gui
         self._controller = controller
         self.verdict = gui.add_html("")
         self._moment = gui.add_html("")
@@ -97,16 +91,14 @@ class Panel:
 
     def _listen(self) -> None:
         controller = self._controller
-
-        def changes(handle: Any, change: Callable[[Inputs, Any], Inputs]) -> None:
-            on_update(handle, lambda value: controller.change(lambda inputs: change(inputs, value)))
-
-        changes(self.swing, lambda inputs, value: mirrored(inputs) if value != inputs.swing else inputs)
+        on_change(
+            controller, self.swing, lambda inputs, value: mirrored(inputs) if value != inputs.swing else inputs
+        )
         for foot, handle in self.feet.items():
             on_update(handle, functools.partial(self._move, foot))
-        changes(self.apex, lambda inputs, value: replace(inputs, apex=1e-3 * value))
-        changes(self.points, lambda inputs, value: replace(inputs, points=int(value)))
-        changes(self.duration, lambda inputs, value: replace(inputs, duration=float(value)))
+        on_change(controller, self.apex, lambda inputs, value: replace(inputs, apex=1e-3 * value))
+        on_change(controller, self.points, lambda inputs, value: replace(inputs, points=int(value)))
+        on_change(controller, self.duration, lambda inputs, value: replace(inputs, duration=float(value)))
         on_click(
             self.motion,
             lambda value: controller.change(lambda inputs: inputs.with_step(Inputs.of_motion(value).step)),

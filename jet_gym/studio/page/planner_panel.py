@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from jet_gym.robot import jet_hr1
 from jet_gym.studio.inputs import Inputs
-from jet_gym.studio.page.controls import hint, on_click, on_update, on_upload, outcome
+from jet_gym.studio.page.controls import Changeable, hint, on_change, on_click, on_upload, outcome
 
 if TYPE_CHECKING:
     from viser import GuiApi
@@ -18,11 +17,8 @@ PER_SQUARE_CENTIMETRE = 1e4  # [1/m^2]
 _NOBODY = "nobody"
 
 
-class PlannerController(Protocol):
+class PlannerController(Changeable, Protocol):
     """What the panel asks of its page."""
-
-    def change(self, change: Callable[[Inputs], Inputs], foot: str | None = None) -> None:
-        """Change what is asked for."""
 
     def compare_all(self) -> None:
         """Put every planner into the table."""
@@ -75,20 +71,20 @@ class PlannerPanel:
         self._listen(controller)
 
     def _listen(self, controller: PlannerController) -> None:
-        def changes(handle: Any, change: Callable[[Inputs, Any], Inputs]) -> None:
-            on_update(handle, lambda value: controller.change(lambda inputs: change(inputs, value)))
-
-        changes(self.planner, lambda inputs, value: replace(inputs, planner=value))
-        changes(self.rival, lambda inputs, value: replace(inputs, rival=None if value == _NOBODY else value))
-        changes(self.thrust_model, lambda inputs, value: replace(inputs, thrust_model=value))
-        changes(
+        on_change(controller, self.planner, lambda inputs, value: replace(inputs, planner=value))
+        on_change(
+            controller, self.rival, lambda inputs, value: replace(inputs, rival=None if value == _NOBODY else value)
+        )
+        on_change(controller, self.thrust_model, lambda inputs, value: replace(inputs, thrust_model=value))
+        on_change(
+            controller,
             self.smoothness,
             lambda inputs, value: replace(inputs, smoothness_weight=PER_SQUARE_CENTIMETRE * value),
         )
-        changes(self.margin, lambda inputs, value: replace(inputs, zmp_margin=1e-3 * value))
-        changes(self.max_thrust, lambda inputs, value: replace(inputs, max_thrust=float(value)))
-        changes(self.edge, lambda inputs, value: replace(inputs, edge_tolerance=math.radians(value)))
-        changes(self.seed, lambda inputs, value: replace(inputs, seed=int(value)))
+        on_change(controller, self.margin, lambda inputs, value: replace(inputs, zmp_margin=1e-3 * value))
+        on_change(controller, self.max_thrust, lambda inputs, value: replace(inputs, max_thrust=float(value)))
+        on_change(controller, self.edge, lambda inputs, value: replace(inputs, edge_tolerance=math.radians(value)))
+        on_change(controller, self.seed, lambda inputs, value: replace(inputs, seed=int(value)))
         on_click(self.compare, lambda _: controller.compare_all())
         on_upload(self.model, lambda name, content: controller.load_model(name, content, self.trust.value))
 

@@ -15,7 +15,7 @@ from jet_gym.figures.style import THRUST_COLOR
 from jet_gym.leg import Side, Vector
 from jet_gym.robot import Robot
 from jet_gym.studio.scene.colors import rgb
-from jet_gym.studio.worker import LatestWorker, Stale
+from jet_gym.studio.worker import LatestWorker, Stale, StaleError, give_up_if
 
 if TYPE_CHECKING:
     from viser import SceneApi
@@ -44,10 +44,6 @@ class SpaceInputs:
     robot: Robot
     swing: Side
     settings: BalanceSettings
-
-
-class _StaleError(Exception):
-    """A newer space is wanted."""
 
 
 class BalanceCloud:
@@ -94,16 +90,12 @@ class BalanceCloud:
         self.worker.close()
 
     def _compute(self, inputs: SpaceInputs, stale: Stale) -> None:
-        def give_up_if_stale(_done: int, _shares: int) -> None:
-            if stale():
-                raise _StaleError
-
         try:
             space = compute_balance_space(
                 RESOLUTION, inputs.settings, robot=inputs.robot, swing=inputs.swing, threads=1,
-                progress=give_up_if_stale,
+                progress=give_up_if(stale),
             )  # fmt: skip
-        except _StaleError:
+        except StaleError:
             return
         if stale():
             return

@@ -38,30 +38,14 @@ class BalanceView:
     """
 
     def __init__(self, scene: SceneApi) -> None:
-        from trimesh.creation import annulus
-
-        roots = {
-            layer: scene.add_frame(f"/balance/{number}", show_axes=False)
+        names = {
+            layer: f"/balance/{number}"
             for number, layer in enumerate(("support and ZMP", "edge polygon", "centre of mass", "thrust"))
         }
-        self._roots = roots
-        no_line = np.zeros((4, 2, 3))
-        self._sole = scene.add_line_segments(
-            f"{roots['support and ZMP'].name}/sole",
-            no_line,
-            rgb(LEG_COLORS["left"]),
-            thickness=3.0,
-            thickness_units="screen",
-        )
-        self._margin = scene.add_line_segments(
-            f"{roots['support and ZMP'].name}/margin",
-            no_line,
-            rgb(LEG_COLORS["left"]),
-            thickness=1.5,
-            thickness_units="screen",
-        )
+        self._roots = {layer: scene.add_frame(name, show_axes=False) for layer, name in names.items()}
+        self._add_support(scene, names["support and ZMP"])
         self._corridor = scene.add_mesh_simple(
-            f"{roots['edge polygon'].name}/corridor",
+            f"{names['edge polygon']}/corridor",
             np.zeros((2 * _ARC_POINTS, 3)),
             _strip(_ARC_POINTS),
             color=_CORRIDOR_COLOR,
@@ -70,25 +54,37 @@ class BalanceView:
             cast_shadow=False,
             receive_shadow=False,
         )
-        self._com = scene.add_icosphere(
-            f"{roots['centre of mass'].name}/com", radius=0.013, color=rgb(INK), cast_shadow=False
-        )
-        self._plumb = scene.add_line_segments(
-            f"{roots['centre of mass'].name}/plumb", no_line[:1], rgb(INK), thickness=1.5, thickness_units="screen"
+        self._add_center_of_mass(scene, names["centre of mass"])
+        self._add_thrust(scene, names["thrust"])
+        self._step: Step | None = None
+        self._support_height = 0.0
+        self._edge_tolerance = BalanceSettings.edge_tolerance
+
+    def _add_support(self, scene: SceneApi, name: str) -> None:
+        from trimesh.creation import annulus
+
+        color = rgb(LEG_COLORS["left"])
+        self._sole, self._margin = (
+            scene.add_line_segments(
+                f"{name}/{what}", np.zeros((4, 2, 3)), color, thickness=thickness, thickness_units="screen"
+            )
+            for what, thickness in (("sole", 3.0), ("margin", 1.5))
         )
         ring = annulus(r_min=0.009, r_max=0.0135, height=0.003, sections=32)
         self._assigned = scene.add_mesh_simple(
-            f"{roots['support and ZMP'].name}/assigned_zmp",
-            ring.vertices,
-            ring.faces,
-            color=_ASSIGNED_COLOR,
-            cast_shadow=False,
+            f"{name}/assigned_zmp", ring.vertices, ring.faces, color=_ASSIGNED_COLOR, cast_shadow=False
         )
-        self._zmp = scene.add_icosphere(
-            f"{roots['support and ZMP'].name}/zmp", radius=0.0085, color=rgb(ACHIEVED_COLOR), cast_shadow=False
+        self._zmp = scene.add_icosphere(f"{name}/zmp", radius=0.0085, color=rgb(ACHIEVED_COLOR), cast_shadow=False)
+
+    def _add_center_of_mass(self, scene: SceneApi, name: str) -> None:
+        self._com = scene.add_icosphere(f"{name}/com", radius=0.013, color=rgb(INK), cast_shadow=False)
+        self._plumb = scene.add_line_segments(
+            f"{name}/plumb", np.zeros((1, 2, 3)), rgb(INK), thickness=1.5, thickness_units="screen"
         )
+
+    def _add_thrust(self, scene: SceneApi, name: str) -> None:
         self._arrow = scene.add_arrows(
-            f"{roots['thrust'].name}/arrow",
+            f"{name}/arrow",
             np.array([[[0.0, 0.0, 0.0], [0.0, 0.0, 0.1]]]),
             rgb(THRUST_COLOR),
             shaft_radius=0.006,
@@ -96,11 +92,8 @@ class BalanceView:
             head_length=0.03,
         )
         self._newtons = scene.add_label(
-            f"{roots['thrust'].name}/newtons", "", font_screen_scale=1.1, anchor="bottom-center", depth_test=False
+            f"{name}/newtons", "", font_screen_scale=1.1, anchor="bottom-center", depth_test=False
         )
-        self._step: Step | None = None
-        self._support_height = 0.0
-        self._edge_tolerance = BalanceSettings.edge_tolerance
 
     def show(self, step: Step, settings: BalanceSettings) -> None:
         """Draw the support rectangle and its margin under the support foot of a step."""

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from jet_gym.arrays import Array
-from jet_gym.figures.style import planner_styles
+from jet_gym.figures.style import planner_style
 from jet_gym.plan import Plan
 from jet_gym.robot import Robot
 from jet_gym.step import Step
@@ -77,7 +77,7 @@ class Stage:
         if plan is None:
             return
         if self._ghost is None:
-            color = rgb(planner_styles([plan.planner])[plan.planner].color)
+            color = rgb(planner_style(plan.planner).color)
             body = RobotView(self._scene, "/ghost", self._robot, color, _GHOST_OPACITY)
             self._ghost = _Ghost(plan.planner, body, PathView(self._scene, "/ghost_paths", color))
             self._ghost.paths.node.visible = "paths" not in self._hidden
