@@ -12,8 +12,9 @@ from legends import legend_texts
 from jet_gym import Step
 from jet_gym.courses import CARTON_HEIGHT, DITCH_SPAN, PAPER
 from jet_gym.figures import plot_locomotion, style
-from jet_gym.figures.scene import bodies_of, cartons_of, ditch_of
+from jet_gym.figures.scene import bodies_of
 from jet_gym.figures.stereo_view import THRUST_SCALE
+from jet_gym.ground import cartons_of, ditch_of
 from jet_gym.leg import SIDES
 from jet_gym.plan import Plan
 

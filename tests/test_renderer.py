@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from jet_gym.courses import PAPER
 from jet_gym.errors import SettingsError
+from jet_gym.ground import ditch_of
 from jet_gym.posture import evaluate_postures
 from jet_gym.simulation import CameraSettings, Overlay, Renderer, World, WorldStateError
 from jet_gym.simulation.pictures.camera import Camera
 from jet_gym.simulation.pictures.overlay import METERS_PER_NEWTON
-from jet_gym.simulation.pictures.shading import FAR_AWAY, SHADE, Floor, ditch_of, shade
+from jet_gym.simulation.pictures.shading import FAR_AWAY, SHADE, Floor, shade
 from jet_gym.step import Step
 
 pytest.importorskip("pybullet")

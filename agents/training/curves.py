@@ -11,7 +11,7 @@ from pathlib import Path
 
 from agents.training.run_folder import PROGRESS, read_progress
 from jet_gym.figures.learning_curves import plot_learning_curves
-from jet_gym.figures.style import check_figure_path, save_figure
+from jet_gym.figures.saving import check_figure_path, save_figure
 
 
 def main() -> int:

@@ -10,7 +10,7 @@ from jet_gym.figures.estimates import plot_estimates
 from jet_gym.figures.experiment import plot_execution, plot_pictures
 from jet_gym.figures.locomotion import plot_locomotion
 from jet_gym.figures.robustness import plot_robustness
-from jet_gym.figures.style import check_figure_path, png_bytes, save_figure
+from jet_gym.figures.saving import check_figure_path, png_bytes, save_figure
 from jet_gym.figures.sweep import plot_smoothness_sweep
 from jet_gym.figures.trajectories import plot_trajectories
 

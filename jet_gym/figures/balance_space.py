@@ -9,9 +9,9 @@ import numpy as np
 from jet_gym.arrays import Array
 from jet_gym.balance_space import BalanceSpace
 from jet_gym.figures import style
+from jet_gym.ground import sole_corners
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.leg import opposite
-from jet_gym.posture import swing_and_support
 from jet_gym.robot import Robot, jet_hr1
 
 if TYPE_CHECKING:
@@ -33,13 +33,10 @@ def plot_balance_space(space: BalanceSpace, robot: Robot | None = None) -> Figur
         robot: The robot that stands in the picture, on straight legs; Jet-HR1 where omitted.
     """
     robot = robot or jet_hr1()
-    from matplotlib import rc_context
-
     figure = style.new_figure(12.6, 5.5)
     limits = _limits(space)
     for panel, with_thrust in enumerate((False, True)):
-        with rc_context({"grid.color": style.GRID, "grid.linewidth": 0.7}):  # 3D axes take them from nowhere else
-            axes: Any = figure.add_subplot(1, 2, panel + 1, projection="3d", computed_zorder=False)
+        axes = style.add_3d_axes(figure, 1, 2, panel + 1)
         _prepare(axes, limits)
         reachable = space.reachable(with_thrust=with_thrust)
         points = 1e3 * _places(space, reachable)
@@ -120,14 +117,10 @@ def _prepare(axes: Any, limits: tuple[Array, Array]) -> None:
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set_box_aspect(high - low, zoom=1.27)
     axes.view_init(elev=_ELEVATION, azim=_AZIMUTH)
-    for axis, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", strict=True):
-        if name != "z":
-            axis.set_label_text(f"{name} [mm]", fontsize=style.LABEL_SIZE, color=style.INK)
-        axis.set_pane_color("#F7F7F7")
-        axis.line.set_color(style.FAINT_INK)
+    for axis, name in ((axes.xaxis, "x"), (axes.yaxis, "y")):
+        axis.set_label_text(f"{name} [mm]", fontsize=style.LABEL_SIZE, color=style.INK)
     above = (*high[:2], high[2] + 0.09 * (high[2] - low[2]))  # matplotlib's own label falls upon the numbers
     axes.text(*above, "z [mm]", fontsize=style.LABEL_SIZE, color=style.INK, ha="center")
-    axes.tick_params(labelsize=style.TEXT_SIZE - 1.0, labelcolor=style.INK, pad=1.0)
 
 
 def _draw_cloud(axes: Any, points: Array, top: float) -> None:
@@ -167,10 +160,8 @@ def _draw_robot(axes: Any, space: BalanceSpace, robot: Robot) -> None:
 
 def _sole(space: BalanceSpace, robot: Robot) -> Array:
     """Return the corners of the support sole (4, 2) [mm]."""
-    _, support_leg, _ = swing_and_support(robot, space.swing)
-    x_min, x_max, y_min, y_max = support_leg.sole_rectangle
-    corners = np.array([(x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max)])
-    return np.asarray(1e3 * (corners + space.support[:2]))
+    corners = sole_corners(robot.leg(opposite(space.swing)))
+    return np.asarray(1e3 * (corners[:, :2] + space.support[:2]))
 
 
 def _axes_mm(space: BalanceSpace) -> tuple[Array, Array]:

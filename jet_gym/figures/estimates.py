@@ -78,7 +78,7 @@ def _draw_thrust(panel: Axes, rows: Sequence[EstimateRow], max_thrust: float) ->
                 color=color, marker=marker, markersize=4.5, linewidth=1.5, capsize=3.0, linestyle=line,
                 markerfacecolor=color if name == "GAS" else "white", label=f"{name}, {motion}",
             )  # fmt: skip
-    panel.axhline(max_thrust, color=style.LIMIT_COLOR, linewidth=1.2, linestyle=(0, (4, 2)))
+    panel.axhline(max_thrust, **style.LIMIT_LINE)
 
 
 def _draw_ditch(panel: Axes, rows: Sequence[EstimateRow], ditch: float) -> None:
@@ -86,4 +86,4 @@ def _draw_ditch(panel: Axes, rows: Sequence[EstimateRow], ditch: float) -> None:
         [row.value for row in rows], [1e3 * row.greatest_ditch for row in rows],
         color=_DITCH_COLOR, marker="D", markersize=5.0, linewidth=1.6,
     )  # fmt: skip
-    panel.axhline(1e3 * ditch, color=style.INK, linewidth=1.2, linestyle=(0, (4, 2)))
+    panel.axhline(1e3 * ditch, **(style.LIMIT_LINE | {"color": style.INK}))

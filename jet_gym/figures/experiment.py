@@ -59,12 +59,12 @@ def plot_execution(execution: Execution) -> Figure:
     thrust.plot(time, execution.thrust_commanded, color="#E69F00", linewidth=1.0, label="commanded, with the PID")
     thrust.plot(time, delivered, color=style.THRUST_COLOR, linewidth=1.6, label="delivered")
     limit = execution.plans[0].step.robot.max_thrust
-    thrust.axhline(limit, color=style.LIMIT_COLOR, linewidth=1.2, linestyle=(0, (4, 2)))
+    thrust.axhline(limit, **style.LIMIT_LINE)
     thrust.legend(loc="upper left", fontsize=style.TEXT_SIZE, frameon=False)
     thrust.set_ylim(0.0, 1.12 * limit)
     tilt.plot(time, np.degrees(execution.tilt), color="#0072B2", linewidth=1.4)
     margin.plot(time, 1e3 * execution.zmp_margin, color=style.ACHIEVED_COLOR, linewidth=1.2)
-    margin.axhline(0.0, color=style.LIMIT_COLOR, linewidth=1.2, linestyle=(0, (4, 2)))
+    margin.axhline(0.0, **style.LIMIT_LINE)
     for axes, label in ((thrust, "thrust [N]"), (tilt, "tilt of the pelvis [deg]"), (margin, "ZMP to edge [mm]")):
         style.label_axes(axes, y_label=label)
         axes.margins(x=0.0)

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from jet_gym.arrays import Array
-from jet_gym.courses import CARTON_HEIGHT, CARTON_LENGTH, CARTON_WIDTH
+from jet_gym.ground import Carton, Ditch, cartons_of, ditch_of, sole_corners
 from jet_gym.kinematics import forward_kinematics
-from jet_gym.leg import Leg, opposite
 from jet_gym.plan import Plan
 from jet_gym.step import Step
 
@@ -51,55 +50,6 @@ class Bodies:
 
 
 @dataclass(frozen=True)
-class Carton:
-    """A carton under a foot.
-
-    Attributes:
-        foot: What stands on it: ``"start"``, ``"landing"`` or ``"support"``.
-        x: Its extent along x [m].
-        y: Its extent along y [m].
-        z: Its extent along z [m]: the ground and the sole.
-    """
-
-    foot: str
-    x: tuple[float, float]
-    y: tuple[float, float]
-    z: tuple[float, float]
-
-    @property
-    def corners(self) -> Array:
-        """Corners (8, 3) [m]: four below, in order around, then the four above them."""
-        (x_min, x_max), (y_min, y_max) = self.x, self.y
-        around = ((x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max))
-        return np.array([(x, y, z) for z in self.z for x, y in around])
-
-
-@dataclass(frozen=True)
-class Ditch:
-    """The clear gap between two cartons.
-
-    Attributes:
-        axis: 0 if it separates them along x, 1 if along y.
-        edges: Where it begins and ends on that axis [m].
-        across: Middle of the step on the other axis [m].
-    """
-
-    axis: int
-    edges: tuple[float, float]
-    across: float
-
-    @property
-    def span(self) -> float:
-        """Clear width [m]."""
-        return self.edges[1] - self.edges[0]
-
-    @property
-    def label(self) -> str:
-        """Clear width in mm, with its unit."""
-        return f"{1e3 * self.span:.4g} mm"
-
-
-@dataclass(frozen=True)
 class Scene:
     """What stands around the robot.
 
@@ -130,7 +80,7 @@ def bodies_of(plan: Plan) -> Bodies:
 
     angle = np.linspace(0.0, 2.0 * np.pi, 33)
     rim = DUCT_RADIUS * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(33)])
-    corners = np.array([_sole_corners(robot.left), _sole_corners(robot.right)])
+    corners = np.array([sole_corners(robot.left), sole_corners(robot.right)])
     trunk = np.broadcast_to(_trunk_corners(plan.step), (len(plan.time), 8, 3))
     return Bodies(
         hips=to_world(body.hips),
@@ -142,49 +92,6 @@ def bodies_of(plan: Plan) -> Bodies:
         ducts=to_world(body.fans[:, :, None] + np.einsum("nsij,cj->nsci", body.foot_rotations, rim)),
         trunk_corners=to_world(trunk),
     )
-
-
-def cartons_of(step: Step) -> tuple[Carton, ...]:
-    """Return the cartons under start, support and landing, each centred under the sole that stands on it.
-
-    Where the soles differ in height, so do the cartons; the lowest one has the paper's height. Cartons of
-    feet that stand close overlap.
-    """
-    ground = min(step.start[2], step.landing[2], step.support[2]) - CARTON_HEIGHT
-    other = step.robot.leg(opposite(step.swing))
-    swing = step.robot.leg(step.swing)
-    feet = (("start", step.start, swing), ("support", step.support, other), ("landing", step.landing, swing))
-    cartons = []
-    for foot, (x, y, z), leg in feet:
-        x_min, x_max, y_min, y_max = leg.sole_rectangle
-        middle_x, middle_y = x + 0.5 * (x_min + x_max), y + 0.5 * (y_min + y_max)
-        cartons.append(
-            Carton(
-                foot,
-                (middle_x - CARTON_LENGTH / 2.0, middle_x + CARTON_LENGTH / 2.0),
-                (middle_y - CARTON_WIDTH / 2.0, middle_y + CARTON_WIDTH / 2.0),
-                (ground, z),
-            )
-        )
-    return tuple(cartons)
-
-
-def ditch_of(step: Step) -> Ditch | None:
-    """Return the clear gap that the swing foot crosses, the wider one of x and y; ``None`` if there is none."""
-    start, _, landing = cartons_of(step)
-    gaps = []
-    for axis, (a, b) in enumerate(((start.x, landing.x), (start.y, landing.y))):
-        low, high = min(a[1], b[1]), max(a[0], b[0])
-        gaps.append((high - low, axis, (low, high)))
-    width, axis, edges = max(gaps)
-    if width <= 0.0:
-        return None
-    return Ditch(axis, edges, 0.5 * (step.start[1 - axis] + step.landing[1 - axis]))
-
-
-def _sole_corners(leg: Leg) -> Array:
-    x_min, x_max, y_min, y_max = leg.sole_rectangle
-    return np.array([[x_min, y_min, 0.0], [x_max, y_min, 0.0], [x_max, y_max, 0.0], [x_min, y_max, 0.0]])
 
 
 def _trunk_corners(step: Step) -> Array:

@@ -46,10 +46,7 @@ def draw_stereo_view(
     Returns:
         The axes.
     """
-    from matplotlib import rc_context
-
-    with rc_context({"grid.color": style.GRID, "grid.linewidth": 0.7}):  # 3D axes take them from nowhere else
-        axes: Any = figure.add_subplot(place, projection="3d", computed_zorder=False)
+    axes = style.add_3d_axes(figure, place)
     azimuth = _azimuth(plan.step)
     axes.set_proj_type("persp", focal_length=0.9)
     axes.view_init(elev=_ELEVATION, azim=azimuth)
@@ -108,9 +105,6 @@ def _prepare_axes(axes: Any, low: Array, high: Array) -> None:
         axis.set_label_text(f"{name} [mm]", fontsize=style.LABEL_SIZE, color=style.INK)
         axis.labelpad = 5.0 if name != "z" else 2.0
         axis.set_major_locator(MultipleLocator(100.0 if size < 450.0 else 200.0))
-        axis.set_pane_color("#F7F7F7")
-        axis.line.set_color(style.FAINT_INK)
-    axes.tick_params(labelsize=style.TEXT_SIZE - 1.0, labelcolor=style.INK, pad=1.0)
 
 
 def _zoom(axes: Any, low: Array, high: Array) -> float:

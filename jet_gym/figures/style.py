@@ -1,17 +1,13 @@
-"""One look for every figure: colours that colour-blind readers tell apart, sizes, and how a figure is saved."""
+"""One look for every figure: colours that colour-blind readers tell apart, lines, sizes, labels and headings."""
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from jet_gym.arrays import Array
-from jet_gym.errors import SettingsError
-from jet_gym.files import check_writable, write_whole_with
 from jet_gym.leg import opposite
 from jet_gym.statistics import Interval
 from jet_gym.step import Step
@@ -21,9 +17,6 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-SUFFIXES = (".png", ".pdf", ".svg")
-"""What a figure can be saved as."""
 
 TITLE_SIZE = 12.0  # [pt]
 LABEL_SIZE = 10.5  # [pt]
@@ -48,6 +41,8 @@ SWING_PATH: dict[str, Any] = {"linewidth": 1.4, "linestyle": (0, (4.0, 2.0))}
 PELVIS_PATH: dict[str, Any] = {"linewidth": 1.8, "linestyle": (0, (0.9, 0.9))}
 LEG_LINE: dict[str, Any] = {"linewidth": 3.2, "marker": "o", "markersize": 4.4, "solid_capstyle": "round"}
 SUPPORT_FILL: dict[str, Any] = {"hatch": "////", "linewidth": 0.0, "alpha": 0.55}
+
+LIMIT_LINE: dict[str, Any] = {"color": LIMIT_COLOR, "linewidth": 1.2, "linestyle": (0, (4, 2))}
 
 LineStyle = str | tuple[int, tuple[float, ...]]
 
@@ -182,6 +177,24 @@ def label_axes(axes: Axes, x_label: str = "", y_label: str = "") -> None:
         spine.set_color(FAINT_INK)
 
 
+def add_3d_axes(figure: Figure, *place: Any) -> Any:
+    """Add axes in space with quiet panes, grid and numbers; in them ``zorder`` alone says what covers what.
+
+    Args:
+        figure: The figure.
+        place: Where in it, as ``Figure.add_subplot`` takes it.
+    """
+    from matplotlib import rc_context
+
+    with rc_context({"grid.color": GRID, "grid.linewidth": 0.7}):  # 3D axes take them from nowhere else
+        axes: Any = figure.add_subplot(*place, projection="3d", computed_zorder=False)
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.set_pane_color("#F7F7F7")
+        axis.line.set_color(FAINT_INK)
+    axes.tick_params(labelsize=TEXT_SIZE - 1.0, labelcolor=INK, pad=1.0)
+    return axes
+
+
 def describe_step(step: Step) -> tuple[str, str]:
     """Name a step in plain words.
 
@@ -216,64 +229,6 @@ def add_heading(figure: Figure, *lines: str) -> None:
     engine = figure.get_layout_engine()
     if isinstance(engine, ConstrainedLayoutEngine):
         engine.set(rect=(0.0, 0.0, 1.0, 1.0 - (below + 0.02) / height), w_pad=0.1, h_pad=0.06)
-
-
-def check_figure_path(path: str | Path) -> Path:
-    """Refuse a path that no figure can be saved to, before the long computation that it is to show.
-
-    Args:
-        path: The file to be.
-
-    Returns:
-        The path.
-
-    Raises:
-        SettingsError: A ``ValueError``, if the suffix is none of :data:`SUFFIXES`.
-        OSError: If the folder does not exist or cannot be written to, or the path is a folder.
-    """
-    path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        raise SettingsError(f"a figure cannot be saved as '{path}'; its name must end in {', '.join(SUFFIXES)}")
-    check_writable(path)
-    return path
-
-
-def save_figure(figure: Figure, path: str | Path, dots_per_inch: float = 200.0) -> None:
-    """Save a figure, whole or not at all; the same figure gives the same bytes.
-
-    Args:
-        figure: The figure.
-        path: The file; its suffix says the format and its folder must exist.
-        dots_per_inch: Resolution of a PNG.
-
-    Raises:
-        SettingsError: A ``ValueError``, if the suffix is none of :data:`SUFFIXES`.
-        OSError: If the file cannot be written.
-    """
-    from matplotlib import rc_context
-
-    path = check_figure_path(path)
-    suffix = path.suffix.lower()
-    no_date: dict[str, Any] = {".png": {}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}[suffix]
-    with rc_context({"svg.hashsalt": "jet_gym", "svg.fonttype": "path", "pdf.fonttype": 42}):
-        write_whole_with(
-            path,
-            lambda temporary: figure.savefig(
-                temporary, format=suffix[1:], dpi=dots_per_inch, facecolor="white", metadata=no_date
-            ),
-        )
-
-
-def png_bytes(figure: Figure, dots_per_inch: float = 110.0) -> bytes:
-    """Return a figure as a PNG; the same figure gives the same bytes.
-
-    Args:
-        figure: The figure.
-        dots_per_inch: Resolution.
-    """
-    picture = io.BytesIO()
-    figure.savefig(picture, format="png", dpi=dots_per_inch, facecolor="white", metadata={})
-    return picture.getvalue()
 
 
 def _millimetres(position: Iterable[float]) -> str:

@@ -51,7 +51,7 @@ def plot_trajectories(
             label += f", seed {plan.seed}"
         repeated = names[:order].count(plan.planner)
         _draw_plan(panels, plan, against, looks[plan.planner], _legend_line(label, plan), 0.7**repeated)
-    panels[3].axhline(limit, color=style.LIMIT_COLOR, linewidth=1.2, linestyle=(0, (4, 2)), zorder=1.5)
+    panels[3].axhline(limit, zorder=1.5, **style.LIMIT_LINE)
     panels[3].annotate(
         f"$F_\\mathrm{{max}}$ = {limit:g} N",
         (0.0, limit),

@@ -174,8 +174,8 @@ class _Run:
         step = course.plans[0].step
         world.actuators.feedback = self._thrust
         self._feedback.swing(step.swing)
-        measured = world.reset(step, course.phases[0].joint_positions[0], course.pelvis, course.pelvis_yaw)
-        self.history.begin(measured)
+        world.reset(step, course.phases[0].joint_positions[0], course.pelvis, course.pelvis_yaw)
+        self.history.begin()
         for phase in course.phases:
             self._wait_for_weight(phase)
             self._go_through(phase)

@@ -148,9 +148,8 @@ class History:
         self._rows: dict[str, list[object]] = {}
         self.forces: tuple[float, float] = (0.0, 0.0)
 
-    def begin(self, measured: Measurement) -> None:
+    def begin(self) -> None:
         """Look at the robot as it has settled."""
-        del measured
         self.forces = self._look()[0]
 
     def add(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,9 +14,9 @@ from jet_gym.simulation.course import make_course
 from jet_gym.simulation.disturbances import LINKS, Disturbance, DisturbanceRanges, Push
 from jet_gym.simulation.execution import ThrustControl
 from jet_gym.simulation.parallel import run_in_parallel
-from jet_gym.simulation.trials import Experiment, load_results, save_results
+from jet_gym.simulation.results_file import ResultsFile
+from jet_gym.simulation.trials import Experiment
 
-FORMAT = "jet-gym-limits/1"
 FACTORS = (1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0)
 """How much further than its range a disturbance reaches; at five times the thrust gain is off by half."""
 _EVERY_DIRECTION = (("forward", 0.0), ("left", 0.5 * math.pi), ("back", math.pi), ("right", 1.5 * math.pi))
@@ -74,6 +73,10 @@ class Limit:
         if self.factor is None:
             return f"not at {self.value}"
         return f"{self.factor:g}: {self.value}, {self.cause}"
+
+
+_FILE = ResultsFile("jet-gym-limits/1", "limits", Limit)
+save_limits, load_limits = _FILE.save, _FILE.load
 
 
 def range_ends(ranges: DisturbanceRanges, duration: float, steps: int) -> list[End]:
@@ -207,25 +210,3 @@ def ends_by_limit(limits: Sequence[Limit]) -> list[tuple[str, str]]:
     reached |= {(limit.quantity, limit.end): limit.factor or math.inf for limit in limits if limit.control == last}
     others = {end: min((x.factor or math.inf) for x in limits if (x.quantity, x.end) == end) for end in reached}
     return sorted(reached, key=lambda end: (reached[end], others[end], end))
-
-
-def save_limits(path: str | Path, experiment: Experiment, limits: Sequence[Limit]) -> None:
-    """Write limits to a JSON file, whole or not at all.
-
-    Raises:
-        OSError: If the file cannot be written.
-    """
-    save_results(path, FORMAT, "limits", experiment, limits)
-
-
-def load_limits(path: str | Path, experiment: Experiment | None = None) -> list[Limit]:
-    """Read limits from a JSON file.
-
-    Args:
-        path: The file.
-        experiment: What they must be of; anything where omitted.
-
-    Raises:
-        TrialsFileError: If the file cannot be read, is damaged or of another experiment.
-    """
-    return load_results(path, FORMAT, "limits", Limit, experiment)

@@ -9,18 +9,12 @@ from typing import Literal
 import numpy as np
 
 from jet_gym.arrays import Array
+from jet_gym.ground import sole_corners
 from jet_gym.leg import Leg, Side
 from jet_gym.robot import Robot
 from jet_gym.simulation.body import Pose
 
 Edge = Literal["front", "rear", "inner", "outer"]
-
-
-def sole_corners(leg: Leg, sole: Pose) -> Array:
-    """Return the corners of a sole (4, 2) [m], seen from above."""
-    x_min, x_max, y_min, y_max = leg.sole_rectangle
-    corners = np.array([(x_min, y_min, 0.0), (x_max, y_min, 0.0), (x_max, y_max, 0.0), (x_min, y_max, 0.0)])
-    return np.asarray((sole.position + corners @ sole.axes.T)[:, :2])
 
 
 def support_margin(point: Array, soles: Sequence[tuple[Leg, Pose]]) -> float:
@@ -30,7 +24,7 @@ def support_margin(point: Array, soles: Sequence[tuple[Leg, Pose]]) -> float:
     """
     if not soles or not np.isfinite(point).all():
         return math.nan
-    corners = np.concatenate([sole_corners(leg, sole) for leg, sole in soles])
+    corners = np.concatenate([(sole.position + sole_corners(leg) @ sole.axes.T)[:, :2] for leg, sole in soles])
     if len(soles) == 1:
         edges = np.roll(corners, -1, axis=0) - corners
         offsets = point - corners

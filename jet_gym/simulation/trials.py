@@ -7,34 +7,25 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
-from jet_gym.errors import JetGymError
-from jet_gym.files import write_whole
 from jet_gym.plan import Plan
 from jet_gym.progress import Progress
 from jet_gym.simulation.course import make_course
 from jet_gym.simulation.disturbances import Disturbance, DisturbanceRanges
 from jet_gym.simulation.execution import ExecutionSettings, ThrustControl, execute
 from jet_gym.simulation.parallel import run_in_parallel
-from jet_gym.simulation.plain_data import from_plain
+from jet_gym.simulation.results_file import ResultsFile
 from jet_gym.simulation.settings import SimulationSettings
 
-FORMAT = "jet-gym-robustness/1"
 CONTROLS: tuple[ThrustControl, ThrustControl] = ("feedforward", "pid")
-Result = TypeVar("Result")
 
 
 def _coarse_settings() -> ExecutionSettings:
     """Return settings with 30 rows a second, which costs a third less time than 60."""
     return ExecutionSettings(simulation=SimulationSettings(sample_every=8))
-
-
-class TrialsFileError(JetGymError, ValueError):
-    """A file of trials that is damaged, of another format or of other trials."""
 
 
 @dataclass(frozen=True)
@@ -124,6 +115,10 @@ class Experiment:
         }
 
 
+_FILE = ResultsFile("jet-gym-robustness/1", "trials", Trial)
+save_trials, load_trials = _FILE.save, _FILE.load
+
+
 def run_trials(
     experiment: Experiment,
     trials: int,
@@ -159,89 +154,6 @@ def run_trials(
 
     run_in_parallel(experiment.run, missing, jobs, take, None if save is None else lambda: save(_in_order(kept)))
     return _in_order(kept)
-
-
-def save_trials(path: str | Path, experiment: Experiment, trials: Sequence[Trial]) -> None:
-    """Write trials to a JSON file, whole or not at all.
-
-    Raises:
-        OSError: If the file cannot be written.
-    """
-    save_results(path, FORMAT, "trials", experiment, trials)
-
-
-def load_trials(path: str | Path, experiment: Experiment | None = None) -> list[Trial]:
-    """Read trials from a JSON file.
-
-    Args:
-        path: The file.
-        experiment: What they must be of; anything where omitted.
-
-    Raises:
-        TrialsFileError: If the file cannot be read, is damaged or of another experiment.
-    """
-    return load_results(path, FORMAT, "trials", Trial, experiment)
-
-
-def save_results(path: str | Path, kind: str, name: str, experiment: Experiment, results: Sequence[Any]) -> None:
-    """Write the results of an experiment to a JSON file, whole or not at all.
-
-    Args:
-        path: The file.
-        kind: Its format.
-        name: What it calls the results.
-        experiment: What they are of.
-        results: The results, dataclasses of numbers and text.
-
-    Raises:
-        OSError: If the file cannot be written.
-    """
-    found = [dataclasses.asdict(result) for result in results]
-    data = {"format": kind, "experiment": experiment.description(), name: found}
-    write_whole(path, json.dumps(data, indent=1).encode())
-
-
-def load_results(
-    path: str | Path,
-    kind: str,
-    name: str,
-    result: type[Result],
-    experiment: Experiment | None,
-) -> list[Result]:
-    """Read the results of an experiment from a JSON file.
-
-    Args:
-        path: The file.
-        kind: What its field ``format`` must be.
-        name: Of the field that holds the results.
-        result: What an entry of that field is, a dataclass of numbers and text.
-        experiment: What they must be of; anything where omitted.
-
-    Raises:
-        TrialsFileError: If the file cannot be read, is damaged or of another experiment.
-    """
-    try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise TrialsFileError(f"cannot read the {name} {path}: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
-        raise TrialsFileError(f"{path} holds no {name}: it is not JSON") from error
-    if not isinstance(data, dict) or data.get("format") != kind:
-        raise TrialsFileError(f"{path} holds no {name}: field 'format' must be {kind!r}")
-    if experiment is not None:
-        ours, theirs = json.loads(json.dumps(experiment.description())), data.get("experiment")
-        if ours != theirs:
-            different = [name for name in ours if not isinstance(theirs, dict) or ours[name] != theirs.get(name)]
-            raise TrialsFileError(
-                f"{path} holds {name} of another experiment: {', '.join(different)} differ; name another file"
-            )
-    entries = data.get(name)
-    if not isinstance(entries, list):
-        raise TrialsFileError(f"{path}: field {name!r} must be a list")
-    try:
-        return [from_plain(result, entry) for entry in entries]
-    except (ValueError, OverflowError) as error:
-        raise TrialsFileError(f"{path}: field {name!r} is damaged ({error})") from error
 
 
 def _in_order(trials: Mapping[tuple[int, str], Trial]) -> list[Trial]:

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.arrays import Array
+from jet_gym.balance import BalanceSettings
+from jet_gym.ground import sole_corners
 from jet_gym.leg import opposite
 from jet_gym.simulation.pictures.camera import Camera
 from jet_gym.step import Step
@@ -66,7 +68,7 @@ class Overlay:
     def of_step(
         cls,
         step: Step,
-        zmp_margin: float = 0.02,
+        zmp_margin: float = BalanceSettings.zmp_margin,
         *,
         center_of_mass: ArrayLike | None = None,
         assigned_zmp: ArrayLike | None = None,
@@ -83,16 +85,10 @@ class Overlay:
             zmp_margin: Distance that planning keeps between ZMP and the sole's edge [m].
             center_of_mass: See the class, and so on.
         """
-        x_min, x_max, y_min, y_max = step.robot.leg(opposite(step.swing)).sole_rectangle
-
-        def rectangle(margin: float) -> Array:
-            low_x, high_x, low_y, high_y = x_min + margin, x_max - margin, y_min + margin, y_max - margin
-            corners = [(low_x, low_y), (high_x, low_y), (high_x, high_y), (low_x, high_y)]
-            return np.array([(x, y, 0.0) for x, y in corners]) + step.support
-
+        support_leg = step.robot.leg(opposite(step.swing))
         return cls(
-            support=rectangle(0.0),
-            safe_support=rectangle(zmp_margin),
+            support=sole_corners(support_leg) + step.support,
+            safe_support=sole_corners(support_leg, zmp_margin) + step.support,
             center_of_mass=center_of_mass,
             ground=step.support[2],
             assigned_zmp=assigned_zmp,

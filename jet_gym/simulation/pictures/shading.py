@@ -7,7 +7,6 @@ the shadows on it.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 
 from jet_gym.arrays import Array
 from jet_gym.compilation import entry_point, inlined
-from jet_gym.courses import CARTON_LENGTH, CARTON_WIDTH
+from jet_gym.ground import ditch_of
 from jet_gym.leg import Vector
 from jet_gym.simulation.pictures.lens import Lens, point_of, ray_of, seen_by
 from jet_gym.step import Step
@@ -45,44 +44,13 @@ _GROUND_LEVEL = 1e-3  # [m] what lies deeper is below the floor
 _TILE = 16  # [px]
 
 
-@dataclass(frozen=True)
-class Ditch:
-    """The clear gap on the floor between the cartons of start and landing.
-
-    Attributes:
-        axis: 0 if it separates them along x, 1 if along y.
-        edges: Where it begins and ends on that axis [m].
-        across: Its middle on the other axis [m].
-    """
-
-    axis: int
-    edges: tuple[float, float]
-    across: float
-
-
-def ditch_of(step: Step) -> Ditch | None:
-    """Return the gap that the swing foot crosses, the wider one of x and y; ``None`` if there is none."""
-    gaps = []
-    for axis, size in enumerate((CARTON_LENGTH, CARTON_WIDTH)):
-        low, high = sorted((step.start[axis], step.landing[axis]))
-        gaps.append((high - low - size, axis, (low + 0.5 * size, high - 0.5 * size)))
-    width, axis, edges = max(gaps)
-    if width <= 0.0:
-        return None
-    leg = step.robot.leg(step.swing)
-    middle = 0.5 * sum(leg.sole_rectangle[2 * axis : 2 * axis + 2])
-    other_middle = 0.5 * sum(leg.sole_rectangle[2 - 2 * axis : 4 - 2 * axis])
-    across = 0.5 * (step.start[1 - axis] + step.landing[1 - axis]) + other_middle
-    return Ditch(axis, (edges[0] + middle, edges[1] + middle), across)
-
-
 class Floor(NamedTuple):
     """The floor in numbers that compiled code takes."""
 
     height: float  # [m]
     middle: tuple[float, float]  # [m] of the scene
     has_ditch: bool
-    axis: int  # those of Ditch
+    axis: int  # those of :class:`~jet_gym.ground.Ditch`
     near_edge: float
     far_edge: float
     across: float

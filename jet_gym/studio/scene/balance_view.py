@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.figures.style import ACHIEVED_COLOR, INK, LEG_COLORS, LIMIT_COLOR, THRUST_COLOR
+from jet_gym.ground import sole_corners
 from jet_gym.leg import opposite
 from jet_gym.step import Step
 from jet_gym.studio.motion import Pose
@@ -100,9 +101,9 @@ class BalanceView:
         self._step, self._edge_tolerance = step, settings.edge_tolerance
         self._support_height = step.support[2]
         side = opposite(step.swing)
-        rectangle = np.array(step.robot.leg(side).sole_rectangle)
         for handle, margin in ((self._sole, 0.0), (self._margin, settings.zmp_margin)):
-            handle.points = _outline(rectangle + margin * np.array([1, -1, 1, -1]), step.support, _ON_FOOT)
+            corners = sole_corners(step.robot.leg(side), margin) + step.support + [0.0, 0.0, _ON_FOOT]
+            handle.points = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
             handle.colors = np.array(rgb(LEG_COLORS[side]))
 
     def place(self, pose: Pose, max_thrust: float) -> None:
@@ -176,11 +177,3 @@ def _strip(count: int) -> NDArray[np.int64]:
     return np.concatenate(
         [np.column_stack([k, k + 1, k + count]), np.column_stack([k + 1, k + count + 1, k + count])]
     )
-
-
-def _outline(rectangle: Array, origin: tuple[float, float, float], above: float) -> Array:
-    """Return the four edges (4, 2, 3) of a rectangle x_min, x_max, y_min, y_max on the plane of a sole."""
-    x_min, x_max, y_min, y_max = rectangle
-    corners = np.array([[x_min, y_min, above], [x_max, y_min, above], [x_max, y_max, above], [x_min, y_max, above]])
-    corners += np.array(origin)
-    return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jet_gym.arrays import Array
-from jet_gym.figures.scene import Carton, Ditch, cartons_of, ditch_of
+from jet_gym.ground import Carton, Ditch, cartons_of, ditch_of
 from jet_gym.leg import Vector
 from jet_gym.simulation.cartons import CARTON_COLOR, TAPE_COLOR, TAPE_WIDTH
 from jet_gym.step import Step
