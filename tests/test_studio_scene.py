@@ -17,12 +17,13 @@ from jet_gym.balance_space import compute_balance_space
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.plan import Plan
 from jet_gym.robot import Robot
+from jet_gym.studio.joint_room import joints_near_limits
 from jet_gym.studio.motion import Motion
 from jet_gym.studio.scene.balance_cloud import boundary_of, hull_of
 from jet_gym.studio.scene.balance_view import edge_polygon
 from jet_gym.studio.scene.ground_view import meet_horizontal_plane
 from jet_gym.studio.scene.robot_shapes import robot_tree
-from jet_gym.studio.scene.robot_view import RobotView, joints_near_limits
+from jet_gym.studio.scene.robot_view import RobotView
 
 
 @pytest.fixture(scope="module")

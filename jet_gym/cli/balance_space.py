@@ -69,8 +69,8 @@ def balance_space_command(
         raise click.UsageError("--plot shows level ground too, which --lowest leaves out; take 0 or less")
     with progress_bar("balance space") as report:
         space = compute_balance_space(resolution, balance, swing=swing, lowest=lowest, progress=report)
-    console.print(space_table(space))
-    console.print(torque_sentence(space), soft_wrap=True)
+    console.print(_space_table(space))
+    console.print(_torque_sentence(space), soft_wrap=True)
     if output is not None:
         space.save(output)
     if plot is not None and section is not None:
@@ -81,7 +81,7 @@ def balance_space_command(
     say_written(output, plot, section)
 
 
-def space_table(space: BalanceSpace) -> Table:
+def _space_table(space: BalanceSpace) -> Table:
     """Return the table of volumes and reaches."""
     from jet_gym.balance_space import DIRECTIONS
     from jet_gym.cli.console import plain_table
@@ -110,7 +110,7 @@ def space_table(space: BalanceSpace) -> Table:
     return table
 
 
-def torque_sentence(space: BalanceSpace) -> str:
+def _torque_sentence(space: BalanceSpace) -> str:
     """Say how much of the space with thrust is left to weaker servos."""
     import numpy as np
 

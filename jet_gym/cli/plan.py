@@ -49,7 +49,7 @@ def _position_option(name: str, text: str) -> Callable[[Command], Command]:
 @click.option("--points", type=int, help="Number of swing points; 30, or the motion's own.")
 @click.option(
     "--planner", "planners", multiple=True, default=("gas",), show_default=True,
-    help="gas, ga, gaex or optimal; give it several times to compare.",
+    help="gas, ga, gaex, optimal, policy or policy+refine; give it several times to compare.",
 )  # fmt: skip
 @seed_option
 @settings_options

@@ -80,7 +80,7 @@ def simulate_command(
     with progress_bar("simulating") as report:
         execution = execute(chosen, settings, seed, gui=gui, progress=report)
     console.print(_table(execution))
-    console.print(torque_table(execution.summary, chosen[0].step.robot.joint_names))
+    console.print(_torque_table(execution.summary, chosen[0].step.robot.joint_names))
     if log is not None:
         execution.save_csv(log)
         say_written(log)
@@ -143,7 +143,7 @@ def _table(execution: Execution) -> Table:
     return table
 
 
-def torque_table(summary: Summary, joint_names: Sequence[str]) -> Table:
+def _torque_table(summary: Summary, joint_names: Sequence[str]) -> Table:
     """Return the table of each servo's peak torque against its limit."""
     from jet_gym.cli.console import plain_table
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from jet_gym.step import Step
 from jet_gym.studio.curves import zmp_margin
+from jet_gym.studio.joint_room import joints_near_limits
 from jet_gym.studio.motion import Pose
-from jet_gym.studio.scene.robot_view import joints_near_limits
 from jet_gym.studio.simulated import Simulated
 
 

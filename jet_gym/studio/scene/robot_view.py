@@ -8,14 +8,13 @@ import numpy as np
 
 from jet_gym.arrays import Array
 from jet_gym.robot import Robot
+from jet_gym.studio.joint_room import AT_LIMIT, NEAR_LIMIT, room_to_limits
 from jet_gym.studio.motion import Pose
 from jet_gym.studio.scene.robot_shapes import Color, Shape, robot_tree
 
 if TYPE_CHECKING:
     from viser import FrameHandle, MeshHandle, SceneApi
 
-NEAR_LIMIT = np.radians(12.0)  # [rad] from where on a joint is marked
-AT_LIMIT = np.radians(3.0)  # [rad] from where on the mark is red
 _NEAR_COLOR, _AT_COLOR = (240, 165, 0), (214, 30, 40)
 _RING_RADIUS, _RING_THICKNESS = 0.04, 0.0028  # [m]
 
@@ -84,17 +83,6 @@ class RobotView:
             ring.visible = bool(room < NEAR_LIMIT)
             if ring.visible:
                 ring.color = _AT_COLOR if room < AT_LIMIT else _NEAR_COLOR
-
-
-def room_to_limits(robot: Robot, joint_positions: Array) -> Array:
-    """Return how far each joint is from the nearer end of its range (12,) [rad]; negative beyond it."""
-    return np.minimum(joint_positions - robot.lower, robot.upper - joint_positions)
-
-
-def joints_near_limits(robot: Robot, joint_positions: Array) -> list[tuple[str, float]]:
-    """Return the joints near the end of their range, nearest first, each with the room that is left [rad]."""
-    room = room_to_limits(robot, joint_positions)
-    return [(robot.joint_names[k], float(room[k])) for k in np.argsort(room) if room[k] < NEAR_LIMIT]
 
 
 def _add_ring(scene: SceneApi, name: str, axis: Array) -> MeshHandle:
