@@ -29,7 +29,8 @@ from jet_gym.balance_space import BalanceSpace, compute_balance_space
 from jet_gym.courses import PAPER
 from jet_gym.errors import JetGymError, PlanFileError, PolicyFileError
 from jet_gym.plan import Plan
-from jet_gym.simulation.trials import Experiment, TrialsFileError, load_trials, save_trials
+from jet_gym.simulation.results_file import TrialsFileError
+from jet_gym.simulation.trials import Experiment, load_trials, save_trials
 from jet_gym.task.observation import HIGH, LOW
 
 

@@ -19,7 +19,7 @@ from jet_gym.simulation.limits import (
     range_ends,
     save_limits,
 )
-from jet_gym.simulation.trials import TrialsFileError
+from jet_gym.simulation.results_file import TrialsFileError
 
 pytest.importorskip("pybullet")
 

@@ -7,7 +7,8 @@ import dataclasses
 import pytest
 
 from jet_gym.simulation import DisturbanceRanges
-from jet_gym.simulation.trials import Trial, TrialsFileError, load_trials, run_trials, save_trials
+from jet_gym.simulation.results_file import TrialsFileError
+from jet_gym.simulation.trials import Trial, load_trials, run_trials, save_trials
 
 pytest.importorskip("pybullet")
 
