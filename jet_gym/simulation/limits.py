@@ -76,7 +76,10 @@ class Limit:
 
 
 _FILE = ResultsFile("jet-gym-limits/1", "limits", Limit)
-save_limits, load_limits = _FILE.save, _FILE.load
+save_limits = _FILE.save
+"""Writes limits to a file: :meth:`~jet_gym.simulation.results_file.ResultsFile.save`."""
+load_limits = _FILE.load
+"""Reads them: :meth:`~jet_gym.simulation.results_file.ResultsFile.load`."""
 
 
 def range_ends(ranges: DisturbanceRanges, duration: float, steps: int) -> list[End]:

@@ -116,7 +116,10 @@ class Experiment:
 
 
 _FILE = ResultsFile("jet-gym-robustness/1", "trials", Trial)
-save_trials, load_trials = _FILE.save, _FILE.load
+save_trials = _FILE.save
+"""Writes trials to a file: :meth:`~jet_gym.simulation.results_file.ResultsFile.save`."""
+load_trials = _FILE.load
+"""Reads them: :meth:`~jet_gym.simulation.results_file.ResultsFile.load`."""
 
 
 def run_trials(
