@@ -156,6 +156,7 @@ class OptimalPlanner(Planner):
             threads: How many to plan at a time; compiled code lets go of the interpreter.
             progress: Called after each step with how many are done and how many there are.
         """
+        _warm_up()  # here, where Ctrl-C ends what compiles; a thread would have to be waited for
         plans: dict[int, Plan] = {}
         pool = ThreadPoolExecutor(max(threads, 1))
         try:

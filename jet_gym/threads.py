@@ -25,6 +25,9 @@ def for_each(
 ) -> None:
     """Do work on shares in any order, as many at a time as there are threads.
 
+    The first share is done alone, by the caller itself: what it compiles, for a minute at the first use, Ctrl-C
+    ends at once, while a thread that compiles would have to be waited for.
+
     Args:
         work: What is done with a share; it spends its time in compiled code.
         shares: The shares, each so small that Ctrl-C, which lets those under way finish, is not kept waiting.
@@ -34,12 +37,17 @@ def for_each(
     Raises:
         Exception: The first that a share raises; shares that have not begun then never do.
     """
+    shares = list(shares)
+    for first in shares[:1]:
+        work(first)
+        if progress is not None:
+            progress(1, len(shares))
     pool = ThreadPoolExecutor(threads or available_cores(), thread_name_prefix="jet_gym")
     try:
-        futures = [pool.submit(work, share) for share in shares]
-        for done, future in enumerate(as_completed(futures), start=1):
+        futures = [pool.submit(work, share) for share in shares[1:]]
+        for done, future in enumerate(as_completed(futures), start=2):
             future.result()
             if progress is not None:
-                progress(done, len(futures))
+                progress(done, len(shares))
     finally:
         pool.shutdown(cancel_futures=True)

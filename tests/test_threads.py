@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 
 import pytest
@@ -16,6 +17,25 @@ def test_each_share_is_done_once_and_counted() -> None:
     assert sorted(done) == list(range(50))
     assert seen == [(number, 50) for number in range(1, 51)]
     assert available_cores() >= 1
+
+
+def test_the_first_share_is_done_by_the_caller_before_any_other_begins() -> None:
+    """What it compiles for a minute, Ctrl-C ends at once; a thread would have to be waited for."""
+    by: list[str] = []
+
+    def work(share: int) -> None:
+        by.append(threading.current_thread().name)
+        if share == 0:
+            time.sleep(0.05)
+            assert len(by) == 1
+
+    for_each(work, range(20), threads=3)
+    assert by[0] == threading.main_thread().name
+    assert all(name.startswith("jet_gym") for name in by[1:])
+
+
+def test_nothing_to_do_is_done() -> None:
+    for_each(pytest.fail, [])
 
 
 def test_an_error_ends_the_work() -> None:
