@@ -9,6 +9,7 @@ import numpy as np
 
 from jet_gym.arrays import Array
 from jet_gym.figures import style
+from jet_gym.figures.labels import LabelledPoint, label_points
 from jet_gym.plan import Plan
 from jet_gym.statistics import Interval
 
@@ -43,10 +44,10 @@ def plot_comparison(
         raise ValueError("a comparison needs at least one planner")
     figure = style.new_figure(12.0, 5.6)
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1.0))
-    looks = style.planner_styles(gaps)
+    looks, points = style.planner_styles(gaps), []
     for order, (name, gap) in enumerate(gaps.items()):
         _draw_distribution(left, gap, looks[name])
-        _draw_trade(right, times[name], medians[name], looks[name], _MARKERS[order % len(_MARKERS)])
+        points.append(_draw_trade(right, times[name], medians[name], looks[name], _MARKERS[order % len(_MARKERS)]))
     left.set_xscale("log")
     left.set_ylim(0.0, 1.02)
     left.set_xlim(_LEAST_GAP, None)
@@ -67,6 +68,7 @@ def plot_comparison(
         "How far planners stay from the least total fitness of a step",
         f"{subtitle}; bars are 95 % intervals",
     )
+    label_points(right, points)
     return figure
 
 
@@ -77,7 +79,7 @@ def _draw_distribution(axes: Axes, gap: Array, look: style.CurveStyle) -> None:
     axes.step(*start, where="post", label=look.label, color=look.color, linestyle=look.line, linewidth=look.width)
 
 
-def _draw_trade(axes: Axes, time: Interval, gap: Interval, look: style.CurveStyle, marker: str) -> None:
+def _draw_trade(axes: Axes, time: Interval, gap: Interval, look: style.CurveStyle, marker: str) -> LabelledPoint:
     height = max(100.0 * gap.mean, _LEAST_GAP)
     low, high = max(100.0 * gap.low, _LEAST_GAP), max(100.0 * gap.high, _LEAST_GAP)
     axes.errorbar(
@@ -86,10 +88,7 @@ def _draw_trade(axes: Axes, time: Interval, gap: Interval, look: style.CurveStyl
         yerr=[[max(height - low, 0.0)], [max(high - height, 0.0)]],
         color=look.color, marker=marker, markersize=8.0, capsize=3.0, zorder=3.0,
     )  # fmt: skip
-    axes.annotate(
-        look.label, (time.mean, height), xytext=(8.0, 6.0), textcoords="offset points",
-        fontsize=style.TEXT_SIZE, color=look.color,
-    )  # fmt: skip
+    return LabelledPoint(look.label, look.color, (time.low, time.mean, time.high), (low, height, high))
 
 
 def plot_examples(rows: Sequence[tuple[str, Sequence[Plan]]]) -> Figure:
