@@ -32,11 +32,12 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 try:
     import torch
-    import tyro
     from stable_baselines3 import PPO
     from stable_baselines3.common.env_util import make_vec_env
     from stable_baselines3.common.logger import configure
     from stable_baselines3.common.vec_env import VecEnv
+
+    from agents.training.arguments import parse_arguments
 except ModuleNotFoundError as missing:
     if __name__ != "__main__":
         raise
@@ -333,7 +334,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command; return its exit code."""
     try:
         with no_interrupt_lost():
-            train(tyro.cli(TrainSettings, args=arguments, description=__doc__))
+            train(parse_arguments(TrainSettings, arguments, __doc__))
     except JetGymError as error:
         console.print(f"error: {error}", style="red", soft_wrap=True, highlight=False)
         return 2
