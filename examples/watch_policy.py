@@ -1,6 +1,6 @@
 """Watch a trained policy step in simulation: an animation, or PyBullet's window.
 
-python examples/watch_policy.py [policy.gif | --window] [runs/mine/best/policy.npz]
+python examples/watch_policy.py [policy.gif | policy.webp | --window] [runs/mine/best/policy.npz]
 """
 
 import sys
@@ -12,6 +12,8 @@ import jet_gym  # noqa: F401
 from agents.policy import SHIPPED_POLICY, load_policy
 
 target = sys.argv[1] if len(sys.argv) > 1 else "policy.gif"
+if target != "--window" and not target.endswith((".gif", ".webp")):
+    sys.exit(f"an animation cannot be saved as '{target}'; its name must end in .gif or .webp")
 policy = load_policy(sys.argv[2] if len(sys.argv) > 2 else SHIPPED_POLICY)
 env = gym.make("JetHR1Step-v0", render_mode="human" if target == "--window" else "rgb_array")
 observation, _ = env.reset(seed=4)

@@ -34,6 +34,26 @@ def test_example_runs(name: str, arguments: list[str], words: str, needs: str, t
         assert (tmp_path / arguments[0]).stat().st_size > 50_000
 
 
+@pytest.mark.parametrize(
+    ("name", "target", "suffixes"),
+    [
+        ("frame.py", "out.mp4", ".png, .jpg or .webp"),
+        ("gas_agent_video.py", "out.mp4", ".gif or .webp"),
+        ("watch_policy.py", "out", ".gif or .webp"),
+    ],
+)
+def test_a_picture_that_cannot_be_written_is_refused_in_one_sentence(
+    name: str, target: str, suffixes: str, tmp_path: Path
+) -> None:
+    command = [sys.executable, str(EXAMPLES / name), target]
+    result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
+    assert result.returncode == 1
+    assert result.stdout == ""
+    assert result.stderr.endswith(f"cannot be saved as '{target}'; its name must end in {suffixes}\n")
+    assert result.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_optimal_planner_is_cloned_from_its_dataset(tmp_path: Path) -> None:
     """More epochs bring the clone nearer: its loss falls."""
     pytest.importorskip("minari")
