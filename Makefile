@@ -94,6 +94,7 @@ pictures: .venv/full.installed  ## the pictures of README and docs, but the lear
 	@$(BIN)/jet-gym reproduce --output reproduction
 	@cp reproduction/figures/estimates.png reproduction/figures/fig-11-experiment.png docs/images/
 	@$(BIN)/python examples/gas_agent_video.py docs/images/across-the-ditch.webp
+	@$(BIN)/python docs/_pictures/environment.py docs/images/environment.png
 	@$(BIN)/python docs/_pictures/studio.py docs/images/studio.png
 
 learning-curves: .venv/full.installed  ## five seeds trained, in an hour, and their curves
