@@ -55,7 +55,7 @@ from agents.training.validation import TEST_SEED, VALIDATION_SEED, Score, StepSe
 from agents.training.vec_env import StepVecEnv
 from jet_gym.envs.choices import ChooseThrust
 from jet_gym.errors import JetGymError, SettingsError, require_within
-from jet_gym.interrupts import no_interrupt_lost
+from jet_gym.interrupts import no_interrupt_lost, terminated_as_interrupted
 from jet_gym.task import ENVIRONMENT_ID
 from jet_gym.task.observation import COMPONENTS
 from jet_gym.task.settings import TaskSettings
@@ -333,7 +333,7 @@ def _settings_of(folder: Path) -> TrainSettings:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; return its exit code."""
     try:
-        with no_interrupt_lost():
+        with no_interrupt_lost(), terminated_as_interrupted():
             train(parse_arguments(TrainSettings, arguments, __doc__))
     except JetGymError as error:
         console.print(f"error: {error}", style="red", soft_wrap=True, highlight=False)

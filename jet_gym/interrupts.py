@@ -1,4 +1,4 @@
-"""Ctrl-C: heard once, by the process that was started, and never lost in a finaliser."""
+"""Ctrl-C and SIGTERM: heard once, by the process that was started, and never lost in a finaliser."""
 
 from __future__ import annotations
 
@@ -51,3 +51,21 @@ def no_interrupt_lost() -> Iterator[None]:
         yield
     finally:
         sys.unraisablehook = before
+
+
+@contextmanager
+def terminated_as_interrupted() -> Iterator[None]:
+    """Let SIGTERM, with which a cluster or a service ends a process, end the work as Ctrl-C does.
+
+    By itself it would end the process on the spot, with workers, their semaphores and unfinished files left over.
+    It is ours where nobody else has taken it, and only in the main thread, where Python lets it be taken.
+    """
+    in_main = threading.current_thread() is threading.main_thread()
+    if not in_main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield
+        return
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)

@@ -7,11 +7,12 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import joblib
 import pytest
 
-from jet_gym.interrupts import call_in_worker, no_interrupt_lost
+from jet_gym.interrupts import call_in_worker, no_interrupt_lost, terminated_as_interrupted
 
 
 class Finalised:
@@ -80,3 +81,68 @@ raise SystemExit(cli.run(["finalise"]))
     assert done.returncode == 130
     assert done.stdout == ""
     assert done.stderr.strip() == "jet-gym: interrupted; what was written is whole"
+
+
+def test_sigterm_ends_a_command_in_order_and_its_workers_with_it(tmp_path):
+    program = """
+import os, sys, time, click, joblib
+import jet_gym.cli as cli
+from jet_gym.interrupts import call_in_worker
+
+def wait(folder):
+    open(os.path.join(folder, str(os.getpid())), "w").close()
+    time.sleep(100.0)
+
+@cli.cli.command()
+@click.argument("folder")
+def work(folder):
+    call = joblib.delayed(call_in_worker)
+    try:
+        joblib.Parallel(n_jobs=2)(call(os.getpid(), wait, folder) for _ in range(2))
+    finally:
+        click.echo("tidied")
+
+raise SystemExit(cli.run(["work", sys.argv[1]]))
+"""
+    command = subprocess.Popen(
+        [sys.executable, "-c", program, str(tmp_path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    _wait_until(lambda: len(list(tmp_path.iterdir())) == 2)
+    command.terminate()
+    out, err = command.communicate(timeout=60.0)  # which end with the last process that holds them
+    assert command.returncode == 130
+    assert out == "tidied\n"
+    assert err.strip() == "jet-gym: interrupted; what was written is whole"
+    _wait_until(lambda: not any(_is_running(int(file.name)) for file in tmp_path.iterdir()))
+
+
+def test_sigterm_of_others_is_left_to_them():
+    taken = []
+    before = signal.signal(signal.SIGTERM, lambda *_: taken.append("theirs"))
+    try:
+        with terminated_as_interrupted():
+            signal.raise_signal(signal.SIGTERM)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert taken == ["theirs"]
+
+
+def test_sigterm_is_as_before_afterwards():
+    with pytest.raises(KeyboardInterrupt), terminated_as_interrupted():
+        signal.raise_signal(signal.SIGTERM)
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def _wait_until(true):
+    deadline = time.monotonic() + 100.0
+    while not true():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+def _is_running(process):
+    try:
+        status = Path(f"/proc/{process}/stat").read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return False
+    return status.rpartition(")")[2].split()[0] != "Z"

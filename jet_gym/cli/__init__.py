@@ -19,7 +19,7 @@ from jet_gym.cli.studies import claims_command, sweep_command
 from jet_gym.cli.studio import studio_command
 from jet_gym.cli.train import train_command
 from jet_gym.errors import JetGymError
-from jet_gym.interrupts import no_interrupt_lost
+from jet_gym.interrupts import no_interrupt_lost, terminated_as_interrupted
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -54,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit.
 
     Exits with 0 on success, 1 if the result is not what was asked for (a plan that violates a constraint),
-    2 on bad input and 130 on Ctrl-C; an error is one sentence on standard error.
+    2 on bad input and 130 on Ctrl-C or SIGTERM; an error is one sentence on standard error.
     """
     sys.exit(run(arguments))
 
@@ -62,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     try:
-        with no_interrupt_lost():
+        with no_interrupt_lost(), terminated_as_interrupted():
             outcome = cli.main(args=arguments, prog_name="jet-gym", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message(), err=True)
