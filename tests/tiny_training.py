@@ -5,8 +5,6 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-import jet_gym  # noqa: F401
-
 ROOT = Path(__file__).resolve().parents[1]
 TINY = [
     "--steps",
