@@ -18,14 +18,12 @@ import numpy as np
 from agents.genetic import INITIAL_PHASE, GeneticSettings, genetic_search
 from agents.planner import PointByPointPlanner
 from jet_gym.arrays import Array
-from jet_gym.balance import BalanceParameters, stance_of
 from jet_gym.compilation import entry_point
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessParameters
-from jet_gym.leg import Leg, Vector
-from jet_gym.posture import swing_and_support
+from jet_gym.leg import Vector
 from jet_gym.posture_state import fitness_of_candidates
-from jet_gym.robot import Trunk
+from jet_gym.single_support import SingleSupport, single_support, stance_between
 from jet_gym.step import Step
 
 _BLOCK = 169  # positions evaluated at a time: one layer of the paper's cube
@@ -73,11 +71,14 @@ class GaexPlanner(PointByPointPlanner):
         self._exhaust(step, np.array(step.start), step.nominal_pelvis, np.zeros((3, 1)))
 
     def _exhaust(self, step: Step, swing_sole: Array, previous: Array, offsets: Array) -> tuple[Array, int]:
-        swing_leg, support_leg, side = swing_and_support(step.robot, step.swing)
         chosen, evaluations = _first_feasible(
-            swing_leg, support_leg, step.robot.trunk, side, self.balance.parameters(step.robot),
-            self.fitness.parameters(), tuple(swing_sole.tolist()), step.support, tuple(previous.tolist()), offsets,
-        )  # fmt: skip
+            single_support(step.robot, step.swing, self.balance),
+            self.fitness.parameters(),
+            tuple(swing_sole.tolist()),
+            step.support,
+            tuple(previous.tolist()),
+            offsets,
+        )
         return previous + offsets[:, chosen], evaluations
 
 
@@ -91,19 +92,15 @@ def _offsets(edge: float, interval: float) -> Array:
 
 @entry_point
 def _first_feasible(
-    swing_leg: Leg,
-    support_leg: Leg,
-    trunk: Trunk,
-    side: float,
-    balance: BalanceParameters,
-    parameters: FitnessParameters,
+    robot: SingleSupport,
+    minimised: FitnessParameters,
     swing_sole: Vector,
     support_sole: Vector,
     centre: Vector,
     offsets: Array,
 ) -> tuple[int, int]:
     """Return the first offset without a violation, else that of least fitness, and how many were evaluated."""
-    stance = stance_of(swing_leg, support_leg, side, balance.zmp_margin, swing_sole, support_sole)
+    stance = stance_between(robot, swing_sole, support_sole)
     candidates, fitness = np.empty((3, _BLOCK)), np.empty(_BLOCK)
     violations = np.empty(_BLOCK, np.int64)
     best, least = 0, 1e300
@@ -112,9 +109,7 @@ def _first_feasible(
         for axis in range(3):
             for i in range(_BLOCK):  # the last block is filled up with its last offset
                 candidates[axis, i] = centre[axis] + offsets[axis, min(start + i, count - 1)]
-        fitness_of_candidates(
-            swing_leg, support_leg, trunk, balance, parameters, stance, centre, candidates, fitness, violations
-        )
+        fitness_of_candidates(robot, minimised, stance, centre, candidates, fitness, violations)
         size = min(_BLOCK, count - start)
         for i in range(size):
             if violations[i] == 0:

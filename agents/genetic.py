@@ -11,21 +11,20 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from agents.planner import PointByPointPlanner
 from jet_gym.arrays import Array
-from jet_gym.balance import BalanceParameters, BalanceSettings, stance_of
+from jet_gym.balance import BalanceSettings
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessParameters, FitnessSettings
-from jet_gym.leg import Leg, Vector
-from jet_gym.posture import swing_and_support
+from jet_gym.leg import Vector
 from jet_gym.posture_state import fitness_of_candidates
-from jet_gym.robot import Trunk
+from jet_gym.single_support import SingleSupport, single_support, stance_between
 from jet_gym.step import Step
 
 _GENE_BITS = 10
@@ -68,6 +67,20 @@ class GeneticSettings:
         for name in ("crossover", "mutation"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise SettingsError(f"{name} must be a probability, not {getattr(self, name)}")
+
+    def parameters(self) -> GeneticParameters:
+        """Return the numbers for compiled code."""
+        return GeneticParameters(self.population, self.generations, self.half_range, self.crossover, self.mutation)
+
+
+class GeneticParameters(NamedTuple):
+    """Settings of a genetic search in numbers that compiled code takes by value."""
+
+    population: int
+    generations: int
+    half_range: float  # [m]
+    crossover: float
+    mutation: float
 
 
 INITIAL_PHASE = GeneticSettings(population=200, generations=50, half_range=0.150)
@@ -151,35 +164,30 @@ def genetic_search(
     Returns:
         The best pelvis position found (3,) [m].
     """
-    swing_leg, support_leg, side = swing_and_support(step.robot, step.swing)
     x, y, z = _evolve(
-        int(generator.integers(2**63)), swing_leg, support_leg, step.robot.trunk, side,
-        balance.parameters(step.robot), fitness.parameters(),
-        tuple(swing_sole.tolist()), step.support, tuple(centre.tolist()), settings.half_range,
-        settings.population, settings.generations, settings.crossover, settings.mutation,
-    )  # fmt: skip
+        int(generator.integers(2**63)),
+        single_support(step.robot, step.swing, balance),
+        fitness.parameters(),
+        settings.parameters(),
+        tuple(swing_sole.tolist()),
+        step.support,
+        tuple(centre.tolist()),
+    )
     return np.array([x, y, z])
 
 
 @entry_point
 def _evolve(
     key: int,
-    swing_leg: Leg,
-    support_leg: Leg,
-    trunk: Trunk,
-    side: float,
-    balance: BalanceParameters,
-    parameters: FitnessParameters,
+    robot: SingleSupport,
+    minimised: FitnessParameters,
+    search: GeneticParameters,
     swing_sole: Vector,
     support_sole: Vector,
     centre: Vector,
-    half_range: float,
-    population: int,
-    generations: int,
-    crossover: float,
-    mutation: float,
 ) -> Vector:
-    stance = stance_of(swing_leg, support_leg, side, balance.zmp_margin, swing_sole, support_sole)
+    """Let chromosomes evolve; ``key`` selects the stream of random numbers. See :func:`genetic_search`."""
+    stance, population = stance_between(robot, swing_sole, support_sole), search.population
     parents = np.empty(population, np.int64)
     children = np.empty(population, np.int64)
     candidates = np.empty((3, population))
@@ -189,17 +197,15 @@ def _evolve(
     for i in range(population):
         parents[i] = int(uniforms[i] * 2.0**_BITS)
     best = 0
-    for generation in range(generations):
-        _decode(parents, centre, half_range, candidates)
-        fitness_of_candidates(
-            swing_leg, support_leg, trunk, balance, parameters, stance, centre, candidates, fitness, violations
-        )
+    for generation in range(search.generations):
+        _decode(parents, centre, search.half_range, candidates)
+        fitness_of_candidates(robot, minimised, stance, centre, candidates, fitness, violations)
         best = int(np.argmin(fitness))
-        if generation < generations - 1:
+        if generation < search.generations - 1:
             drawn = _fill(key, drawn, uniforms)
             _select(uniforms, parents, fitness, children)
-            _cross(uniforms[2 * population :], crossover, children)
-            drawn = _mutate(key, drawn, mutation, children)
+            _cross(uniforms[2 * population :], search.crossover, children)
+            drawn = _mutate(key, drawn, search.mutation, children)
             children[0] = parents[best]
             parents, children = children, parents
     return candidates[0, best], candidates[1, best], candidates[2, best]

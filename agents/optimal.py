@@ -4,14 +4,14 @@ GAS and its kin are greedy: they minimise each swing point's fitness alone. Here
 under the same constraints and search ranges:
 
 1. dynamic programming over a coarse lattice of pelvis positions at every swing point, with constraints relaxed by
-   half a spacing, which finds the valley that the path has to take (:mod:`agents.lattice`);
+   half a spacing, which finds the valley that the path has to take (:mod:`agents.paths.lattice`);
 2. the same on ever finer lattices in a tube around the path, at last with exact constraints;
-3. an interior-point method on the whole path at once (:mod:`agents.barrier`), and exact lattices and this again
-   until the total changes by less than the tolerance.
+3. an interior-point method on the whole path at once (:mod:`agents.paths.barrier`), and exact lattices and this
+   again until the total changes by less than the tolerance.
 
 The plan of GAS is refined in the same way, and so are the paths that a wide cloud around both leads to
-(:mod:`agents.refinement`): a lattice along the axes, however fine, can miss a way along the thin wedge of the edge
-polygon. The best path is taken. So the result is never worse than that plan; that it is the global optimum is
+(:mod:`agents.paths.refinement`): a lattice along the axes, however fine, can miss a way along the thin wedge of the
+edge polygon. The best path is taken. So the result is never worse than that plan; that it is the global optimum is
 checked against brute force, policies and many restarts, not proven. Where a constraint stays broken, the lattice
 may have stepped over a feasible set that is too thin: then the best of many plans of GAS and GA is refined too.
 """
@@ -28,13 +28,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from agents.barrier import bring_inside, polish, shares_of_mu
 from agents.genetic import GaPlanner, GasPlanner
-from agents.lattice import Lattices, accumulate, make_lattices, trace_back
-from agents.path_cost import FAR, cost_of_path, search_of_step
+from agents.paths.barrier import polish, shares_of_mu
+from agents.paths.bring_inside import bring_inside
+from agents.paths.cost import FAR, cost_of_path, search_of_step
+from agents.paths.lattice import Lattices, accumulate, make_lattices, trace_back
+from agents.paths.refinement import WIDE, RefinementSettings, refine_path, violates
+from agents.paths.relaxation import reach_boxes, with_wider_joints
 from agents.planner import Planner
-from agents.refinement import WIDE, RefinementSettings, refine_path, violates
-from agents.relaxation import reach_boxes, with_wider_joints
 from jet_gym.arrays import Array
 from jet_gym.errors import require_seed, require_whole, require_within
 from jet_gym.plan import Plan

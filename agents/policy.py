@@ -1,8 +1,8 @@
 """A trained policy as a planner: it chooses the pelvis at each swing point from what it observes.
 
 ``refine`` adds candidates around the policy's path and takes the best path through them
-(:mod:`agents.refinement`), which mends most constraints that the network would break. Where one stays broken, many
-more candidates are spread more widely, at last around the paths of GAS and GA, and the best path is taken.
+(:mod:`agents.paths.refinement`), which mends most constraints that the network would break. Where one stays broken,
+many more candidates are spread more widely, at last around the paths of GAS and GA, and the best path is taken.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from threadpoolctl import ThreadpoolController
 
 from agents.genetic import GaPlanner, GasPlanner
 from agents.network import PolicyNetwork
-from agents.path_cost import search_of_step
+from agents.paths.cost import search_of_step
+from agents.paths.refinement import WIDE, RefinementSettings, refine_path, violates
 from agents.planner import BatchPlanner
-from agents.refinement import WIDE, RefinementSettings, refine_path, violates
 from jet_gym.arrays import Array
 from jet_gym.errors import PolicyFileError, SettingsError, require_seed
 from jet_gym.plan import Plan

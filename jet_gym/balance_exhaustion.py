@@ -3,36 +3,49 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jet_gym.arrays import Array
-from jet_gym.balance import BalanceParameters, Stance, least_thrust, stance_of
+from jet_gym.balance import Point, Stance, least_thrust
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import JOINT_LIMITS, REACH
 from jet_gym.joint_torques import largest_share, leg_torques
 from jet_gym.leg import Leg, Six, Vector
 from jet_gym.posture_state import posture_at
-from jet_gym.robot import Trunk
+from jet_gym.single_support import SingleSupport, stance_between
 
 NEVER = 1e300  # [N] thrust where no posture balances; compiled code may not use infinity
 _BLOCK = 64  # postures side by side in SIMD lanes
 _ROUNDING = 1e-9  # [m] by which the leg's reach is taken too long; each posture is then judged by itself
 
 
+class Exploration(NamedTuple):
+    """What is explored, in numbers that compiled code takes by value."""
+
+    robot: SingleSupport
+    swing_effort: Six  # [N m] largest torques of the swing leg
+    support_effort: Six  # [N m] likewise of the support leg
+    support_sole: Vector  # [m] and the origin of the pelvis grid
+    spacing: float  # [m] of that grid
+    fan_off_counts: bool  # whether a posture counts that balances only with the fan off
+
+
+class _Block(NamedTuple):
+    """Postures that are judged side by side, a column each."""
+
+    candidates: Array  # (3, _BLOCK) [m] pelvis positions
+    asked: Array  # (_BLOCK,) [N] thrust that balances
+    free: Array  # (_BLOCK,) [N] least thrust; 0 where the robot balances with the fan off
+    com: Array  # (2, _BLOCK) [m] centre of mass
+    violations: NDArray[np.int64]  # (_BLOCK,) flags
+
+
 @entry_point
 def explore_columns(
-    swing_leg: Leg,
-    support_leg: Leg,
-    trunk: Trunk,
-    side: float,
-    balance: BalanceParameters,
-    swing_effort: Six,
-    support_effort: Six,
-    support_sole: Vector,
-    spacing: float,
-    fan_off_counts: bool,
+    exploration: Exploration,
     columns: Array,
     heights: Array,
     thrust: Array,
@@ -42,59 +55,31 @@ def explore_columns(
     """Find the least thrust with which some posture balances, above each of some places of the swing foot.
 
     Args:
-        swing_leg: The swing leg.
-        support_leg: The support leg.
-        trunk: The rest of the robot.
-        side: +1 where the left leg swings, -1 where the right one does.
-        balance: Balance settings.
-        swing_effort: Largest torques of the swing leg [N m].
-        support_effort: Largest torques of the support leg [N m].
-        support_sole: The support sole [m], and the origin of the pelvis grid.
-        spacing: Spacing of the pelvis grid [m].
-        fan_off_counts: Whether a posture counts that balances only with the fan off.
+        exploration: The robot, its support sole and the grid.
         columns: Places of the swing sole (C, 2) [m], x and y.
         heights: Its heights (H,) [m].
         thrust: Receives the least thrust (C, H) [N]: 0 where a posture balances without, NEVER where none does.
         thrust_within_torque: Receives the same of the postures whose static torques the servos can hold.
         torque_share: Receives the least share (C, H) of the servos' torque with which some posture balances.
     """
-    candidates = np.empty((3, _BLOCK))
-    asked, free, com = np.empty(_BLOCK), np.empty(_BLOCK), np.empty((2, _BLOCK))
-    violations = np.empty(_BLOCK, np.int64)
+    block = _Block(
+        np.empty((3, _BLOCK)), np.empty(_BLOCK), np.empty(_BLOCK), np.empty((2, _BLOCK)), np.empty(_BLOCK, np.int64)
+    )
     for column in range(len(columns)):
         for level in range(len(heights)):
             swing_sole = (columns[column, 0], columns[column, 1], heights[level])
-            stance = stance_of(swing_leg, support_leg, side, balance.zmp_margin, swing_sole, support_sole)
-            lowest = max(swing_sole[2], support_sole[2])
-            least, least_held, share = _explore(
-                swing_leg, support_leg, trunk, balance, swing_effort, support_effort,
-                stance, support_sole, lowest, spacing, fan_off_counts, candidates, asked, free, com, violations,
-            )  # fmt: skip
+            least, least_held, share = _explore(exploration, swing_sole, block)
             thrust[column, level] = least
             thrust_within_torque[column, level] = least_held
             torque_share[column, level] = share
 
 
 @inlined
-def _explore(
-    swing_leg: Leg,
-    support_leg: Leg,
-    trunk: Trunk,
-    balance: BalanceParameters,
-    swing_effort: Six,
-    support_effort: Six,
-    stance: Stance,
-    origin: Vector,
-    lowest: float,
-    spacing: float,
-    fan_off_counts: bool,
-    candidates: Array,
-    asked: Array,
-    free: Array,
-    com: Array,
-    violations: NDArray[np.int64],
-) -> Vector:
+def _explore(exploration: Exploration, swing_sole: Vector, block: _Block) -> Vector:
     """Go through the pelvis positions from which both feet are in reach; return what :func:`_judge` found."""
+    robot, origin, spacing = exploration.robot, exploration.support_sole, exploration.spacing
+    swing_leg, support_leg, candidates = robot.swing_leg, robot.support_leg, block.candidates
+    stance, lowest = stance_between(robot, swing_sole, origin), max(swing_sole[2], origin[2])
     ax, ay, az = _pelvis_over(swing_leg, stance, stance.swing_ankle)
     bx, by, bz = _pelvis_over(support_leg, stance, stance.support_ankle)
     swing_reach, support_reach = _squared_reach(swing_leg), _squared_reach(support_leg)
@@ -118,19 +103,13 @@ def _explore(
                 candidates[0, count], candidates[1, count], candidates[2, count] = x, y, origin[2] + spacing * k
                 count += 1
                 if count == _BLOCK:
-                    _judge(
-                        swing_leg, support_leg, trunk, balance, swing_effort, support_effort,
-                        stance, fan_off_counts, candidates, count, asked, free, com, violations, found,
-                    )  # fmt: skip
+                    _judge(exploration, stance, block, count, found)
                     count = 0
     for i in range(count, _BLOCK):  # the lanes that are left get what was looked at before
         for axis in range(3):
             candidates[axis, i] = candidates[axis, 0]
     if count > 0:
-        _judge(
-            swing_leg, support_leg, trunk, balance, swing_effort, support_effort,
-            stance, fan_off_counts, candidates, count, asked, free, com, violations, found,
-        )  # fmt: skip
+        _judge(exploration, stance, block, count, found)
     return found[0], found[1], found[2]
 
 
@@ -162,31 +141,17 @@ def _between(low: float, high: float, origin: float, spacing: float) -> tuple[in
 
 
 @entry_point
-def _judge(
-    swing_leg: Leg,
-    support_leg: Leg,
-    trunk: Trunk,
-    balance: BalanceParameters,
-    swing_effort: Six,
-    support_effort: Six,
-    stance: Stance,
-    fan_off_counts: bool,
-    candidates: Array,
-    count: int,
-    asked: Array,
-    free: Array,
-    com: Array,
-    violations: NDArray[np.int64],
-    found: Array,
-) -> None:
+def _judge(exploration: Exploration, stance: Stance, block: _Block, count: int, found: Array) -> None:
     """Lower what was found by the first ``count`` postures of a block.
 
     That is the least thrust [N] with which a posture balances, the least with which one does that the servos can
     hold, and the least share of their torque.
     """
+    candidates, asked, free, com, violations = block
+    robot, balance = exploration.robot, exploration.robot.balance
     for i in range(_BLOCK):
         pelvis = (candidates[0, i], candidates[1, i], candidates[2, i])
-        state = posture_at(swing_leg, support_leg, trunk, balance, stance, pelvis)
+        state = posture_at(robot, stance, pelvis)
         x, y, _ = state.center_of_mass
         com[0, i], com[1, i], asked[i], violations[i] = x, y, state.thrust, state.violations
         free[i] = least_thrust(balance.weight, x, y, stance.fan, stance.support, balance.zmp_margin)
@@ -195,40 +160,26 @@ def _judge(
         for without in (True, False):
             if without:
                 stands = (free[i] <= 0.0) & (violations[i] & (REACH | JOINT_LIMITS) == 0)
-                balances, thrust = fan_off_counts & stands, 0.0
+                balances, thrust = exploration.fan_off_counts & stands, 0.0
             else:
                 balances, thrust = violations[i] == 0, asked[i]
             if balances:
-                share = _torque_share(
-                    swing_leg, support_leg, trunk, balance, swing_effort, support_effort,
-                    stance, pelvis, com[0, i], com[1, i], thrust,
-                )  # fmt: skip
+                share = _torque_share(exploration, stance, pelvis, (com[0, i], com[1, i]), thrust)
                 found[0] = min(found[0], thrust)
                 found[1] = min(found[1], thrust) if share <= 1.0 else found[1]
                 found[2] = min(found[2], share)
 
 
 @entry_point
-def _torque_share(
-    swing_leg: Leg,
-    support_leg: Leg,
-    trunk: Trunk,
-    balance: BalanceParameters,
-    swing_effort: Six,
-    support_effort: Six,
-    stance: Stance,
-    pelvis: Vector,
-    com_x: float,
-    com_y: float,
-    thrust: float,
-) -> float:
+def _torque_share(exploration: Exploration, stance: Stance, pelvis: Vector, com: Point, thrust: float) -> float:
     """Return the largest share of its torque that any joint needs to hold a posture under a thrust [N]."""
-    state = posture_at(swing_leg, support_leg, trunk, balance, stance, pelvis)
+    swing_leg, support_leg, _, _, balance = exploration.robot
+    state = posture_at(exploration.robot, stance, pelvis)
     c, s = stance.cos_yaw, stance.sin_yaw
     fan_x, fan_y = stance.fan[0] - pelvis[0], stance.fan[1] - pelvis[1]
     ground = balance.weight - thrust
-    zmp_x = (balance.weight * com_x - thrust * stance.fan[0]) / ground - pelvis[0]  # eqs (1) and (2)
-    zmp_y = (balance.weight * com_y - thrust * stance.fan[1]) / ground - pelvis[1]
+    zmp_x = (balance.weight * com[0] - thrust * stance.fan[0]) / ground - pelvis[0]  # eqs (1) and (2)
+    zmp_y = (balance.weight * com[1] - thrust * stance.fan[1]) / ground - pelvis[1]
     of_swing = leg_torques(
         swing_leg, state.swing_cosines, state.swing_sines, thrust, (c * fan_x + s * fan_y, c * fan_y - s * fan_x)
     )
@@ -236,4 +187,5 @@ def _torque_share(
         support_leg, state.support_cosines, state.support_sines, ground,
         (c * zmp_x + s * zmp_y, c * zmp_y - s * zmp_x),
     )  # fmt: skip
-    return max(largest_share(of_swing, swing_effort), largest_share(of_support, support_effort))
+    share_of_swing = largest_share(of_swing, exploration.swing_effort)
+    return max(share_of_swing, largest_share(of_support, exploration.support_effort))

@@ -23,13 +23,13 @@ from numpy.typing import NDArray
 
 from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
-from jet_gym.balance_exhaustion import NEVER, explore_columns
+from jet_gym.balance_exhaustion import NEVER, Exploration, explore_columns
 from jet_gym.errors import require_within
 from jet_gym.files import read_arrays, write_whole_with
 from jet_gym.leg import Side, Six, Vector, six
-from jet_gym.posture import swing_and_support
 from jet_gym.progress import Progress
 from jet_gym.robot import Robot, jet_hr1
+from jet_gym.single_support import single_support, swing_and_support
 from jet_gym.step import Step
 from jet_gym.threads import for_each
 
@@ -207,21 +207,18 @@ def compute_balance_space(
     require_within("lowest", lowest, -2.0, 2.0)
     robot = robot or jet_hr1()
     settings = settings or BalanceSettings()
-    balance = settings.parameters(robot)
-    swing_leg, support_leg, side = swing_and_support(robot, swing)
-    support: Vector = (support_leg.hip[0], support_leg.hip[1], 0.0)
+    numbers = single_support(robot, swing, settings)
+    hip_x, hip_y, _ = numbers.support_leg.hip
+    support: Vector = (hip_x, hip_y, 0.0)
+    exploration = Exploration(numbers, *_efforts(robot, swing), support, resolution, fan_off_counts=True)
     x, y, z = _places(robot, support, resolution, lowest)
     places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     apart = np.flatnonzero(~_overlap(robot, swing, places - support[:2]))
     thrust, held, share = (np.full((len(places), len(z)), NEVER) for _ in range(3))
-    efforts = _efforts(robot, swing)
 
     def explore(rows: NDArray[np.int64]) -> None:
         found, found_held, found_share = (np.empty((len(rows), len(z))) for _ in range(3))
-        explore_columns(
-            swing_leg, support_leg, robot.trunk, side, balance, *efforts, support, resolution, True,
-            np.ascontiguousarray(places[rows]), z, found, found_held, found_share,
-        )  # fmt: skip
+        explore_columns(exploration, np.ascontiguousarray(places[rows]), z, found, found_held, found_share)
         thrust[rows], held[rows], share[rows] = found, found_held, found_share
 
     size = max(1, round(_SHARE * resolution**4))
@@ -229,7 +226,7 @@ def compute_balance_space(
     for_each(explore, shares, threads, progress)
     shape = (len(x), len(y), len(z))
     return BalanceSpace(
-        robot.name, swing, support, resolution, replace(settings, max_thrust=balance.max_thrust), x, y, z,
+        robot.name, swing, support, resolution, replace(settings, max_thrust=numbers.balance.max_thrust), x, y, z,
         *(np.where(values < NEVER, values, math.nan).reshape(shape) for values in (thrust, held, share)),
     )  # fmt: skip
 
@@ -259,16 +256,14 @@ def least_thrust_of_step(
         SettingsError: A ``ValueError``, if the resolution is outside of what is allowed.
     """
     _check_resolution(resolution)
-    balance = (settings or BalanceSettings()).parameters(step.robot)
-    swing_leg, support_leg, side = swing_and_support(step.robot, step.swing)
-    efforts, soles, thrust = _efforts(step.robot, step.swing), step.swing_sole, np.empty(step.points)
+    robot, efforts = single_support(step.robot, step.swing, settings), _efforts(step.robot, step.swing)
+    exploration = Exploration(robot, *efforts, step.support, resolution, fan_off_counts=False)
+    soles, thrust = step.swing_sole, np.empty(step.points)
 
     def explore(point: int) -> None:
         found = np.empty((3, 1, 1))
-        explore_columns(
-            swing_leg, support_leg, step.robot.trunk, side, balance, *efforts, step.support, resolution, False,
-            np.ascontiguousarray(soles[point : point + 1, :2]), soles[point, 2:].copy(), *found,
-        )  # fmt: skip
+        column = np.ascontiguousarray(soles[point : point + 1, :2])
+        explore_columns(exploration, column, soles[point, 2:].copy(), *found)
         thrust[point] = found[0, 0, 0]
 
     for_each(explore, range(step.points), threads)

@@ -7,30 +7,32 @@ point forward. So the position of the pelvis fixes all twelve joints, the centre
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from jet_gym.arrays import Array, finite_array
-from jet_gym.balance import BalanceSettings, edge_undefined, stance_of
+from jet_gym.balance import BalanceSettings, edge_undefined
 from jet_gym.compilation import entry_point
 from jet_gym.kinematics import axis_signs, range_middles
-from jet_gym.leg import Leg, Side
+from jet_gym.leg import Side
 from jet_gym.posture_block import (
     BLOCK,
     COM,
     EDGE,
-    FOUND_ROWS,
     FOUND_THRUST,
     FOUND_ZMP,
-    GIVEN_ROWS,
     OUT_OF_REACH,
+    Blocks,
     evaluate_blocks,
     joint_from_middle,
+    new_blocks,
     put,
     stance_in,
 )
 from jet_gym.robot import Robot
+from jet_gym.single_support import SingleSupport, single_support, stance_between
 
 _CHUNK = 64 * BLOCK
 
@@ -91,7 +93,7 @@ def evaluate_postures(
         ValueError: If a shape is wrong or a number is not finite.
         SettingsError: If the settings do not fit the robot's feet.
     """
-    balance = (settings or BalanceSettings()).parameters(robot)
+    numbers = single_support(robot, swing, settings)
     named = {"swing_sole": swing_sole, "support_sole": support_sole, "pelvis": pelvis}
     arrays = [finite_array(values, name, 3) for name, values in named.items()]
     shape = np.broadcast_shapes(*(array.shape for array in arrays))[:-1]
@@ -99,103 +101,92 @@ def evaluate_postures(
         np.array(np.broadcast_to(array, (*shape, 3)), order="C").reshape(-1, 3) for array in arrays
     )
     count = len(pelvises)
-    com, fan, angles = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 14))
-    scalars, points = np.empty((count, 2)), np.empty((count, 2, 2))
-    violations = np.empty(count, dtype=np.int64)
-    swing_leg, support_leg, side = swing_and_support(robot, swing)
+    rows, angles = _Rows.empty(count), np.empty((count, 14))
     chunk = min(_CHUNK, -(-count // BLOCK) * BLOCK)  # what is worked on at a time stays in the processor's cache
-    cosines, sines = np.empty((chunk, 14)), np.empty((chunk, 14))
-    given, found = np.zeros((chunk // BLOCK, GIVEN_ROWS, BLOCK)), np.empty((chunk // BLOCK, FOUND_ROWS, BLOCK))
-    flags = np.empty((chunk // BLOCK, BLOCK), dtype=np.int64)
+    directions, blocks = _Directions(np.empty((chunk, 14)), np.empty((chunk, 14))), new_blocks(chunk // BLOCK)
     for first in range(0, count, max(chunk, 1)):
         last = min(first + chunk, count)
-        rows, size = slice(first, last), last - first
-        _fill(swing_leg, support_leg, side, balance.zmp_margin, soles[rows], supports[rows], pelvises[rows], given)
-        evaluate_blocks(swing_leg, support_leg, robot.trunk, balance, given, found, flags)
-        _read(
-            side, swing_leg.fan[2], given, found, flags,
-            cosines, sines, com[rows], fan[rows], scalars[rows], points[rows], violations[rows],
-        )  # fmt: skip
-        np.arctan2(sines[:size], cosines[:size], out=angles[rows])  # in SIMD lanes, unlike the compiler's
+        part, size = slice(first, last), last - first
+        _fill(numbers, soles[part], supports[part], pelvises[part], blocks.given)
+        evaluate_blocks(numbers, blocks)
+        _read(numbers, blocks, directions, rows.part(part))
+        np.arctan2(directions.sines[:size], directions.cosines[:size], out=angles[part])  # runs in SIMD lanes
     joints = (angles[:, :12] + range_middles(robot)) * axis_signs(robot)
     yaw, edge_angle = (column.reshape(shape) for column in angles[:, 12:].T)
-    thrust, out_of_reach = (column.reshape(shape) for column in scalars.T)
-    zmp, assigned_zmp = (points[:, which].reshape(*shape, 2) for which in range(2))
     return Postures(
         pelvis=pelvises.reshape(*shape, 3),
         pelvis_yaw=yaw,
         joint_positions=joints.reshape(*shape, 12),
-        center_of_mass=com.reshape(*shape, 3),
-        thrust=thrust,
-        zmp=zmp,
-        assigned_zmp=assigned_zmp,
-        fan=fan.reshape(*shape, 3),
+        center_of_mass=rows.center_of_mass.reshape(*shape, 3),
+        thrust=rows.thrust.reshape(shape),
+        zmp=rows.zmp.reshape(*shape, 2),
+        assigned_zmp=rows.assigned_zmp.reshape(*shape, 2),
+        fan=rows.fan.reshape(*shape, 3),
         edge_angle=edge_angle,
-        out_of_reach=out_of_reach,
-        violations=violations.reshape(shape),
+        out_of_reach=rows.out_of_reach.reshape(shape),
+        violations=rows.violations.reshape(shape),
     )
 
 
-def swing_and_support(robot: Robot, swing: Side) -> tuple[Leg, Leg, float]:
-    """Return the swing leg, the support leg, and +1 or -1 for a left or right swing."""
-    if swing == "left":
-        return robot.left, robot.right, 1.0
-    if swing == "right":
-        return robot.right, robot.left, -1.0
-    raise ValueError(f"swing must be 'left' or 'right', not {swing!r}")
+class _Directions(NamedTuple):
+    """Joint angles, the yaw and the angle of eq. (10), as cosines and sines, of N postures or more."""
+
+    cosines: Array  # (N, 14)
+    sines: Array  # (N, 14)
+
+
+class _Rows(NamedTuple):
+    """What else there is to say of N postures, a row each; as :class:`Postures` has it."""
+
+    center_of_mass: Array  # (N, 3)
+    fan: Array  # (N, 3)
+    thrust: Array  # (N,)
+    out_of_reach: Array  # (N,)
+    zmp: Array  # (N, 2)
+    assigned_zmp: Array  # (N, 2)
+    violations: NDArray[np.int64]  # (N,)
+
+    @classmethod
+    def empty(cls, count: int) -> _Rows:
+        """Return room for as many postures."""
+        vectors, scalars, points = np.empty((2, count, 3)), np.empty((2, count)), np.empty((2, count, 2))
+        (com, fan), (thrust, out_of_reach), (zmp, assigned_zmp) = vectors, scalars, points
+        return cls(com, fan, thrust, out_of_reach, zmp, assigned_zmp, np.empty(count, dtype=np.int64))
+
+    def part(self, rows: slice) -> _Rows:
+        """Return a view of some of the rows."""
+        return _Rows._make(values[rows] for values in self)
 
 
 @entry_point
-def _fill(
-    swing_leg: Leg,
-    support_leg: Leg,
-    side: float,
-    zmp_margin: float,
-    swing_sole: Array,
-    support_sole: Array,
-    pelvis: Array,
-    given: Array,
-) -> None:
+def _fill(robot: SingleSupport, swing_sole: Array, support_sole: Array, pelvis: Array, given: Array) -> None:
     """Put swing points and pelvis positions into blocks."""
     for i in range(len(pelvis)):
         sole = (swing_sole[i, 0], swing_sole[i, 1], swing_sole[i, 2])
         support = (support_sole[i, 0], support_sole[i, 1], support_sole[i, 2])
-        stance = stance_of(swing_leg, support_leg, side, zmp_margin, sole, support)
+        stance = stance_between(robot, sole, support)
         put(given[i // BLOCK], i % BLOCK, stance, (pelvis[i, 0], pelvis[i, 1], pelvis[i, 2]))
 
 
 @entry_point
-def _read(
-    side: float,
-    fan_height: float,
-    given: Array,
-    found: Array,
-    flags: NDArray[np.int64],
-    cosines: Array,
-    sines: Array,
-    center_of_mass: Array,
-    fan: Array,
-    scalars: Array,
-    points: Array,
-    violations: NDArray[np.int64],
-) -> None:
+def _read(robot: SingleSupport, blocks: Blocks, directions: _Directions, rows: _Rows) -> None:
     """Read postures out of blocks."""
-    for i in range(len(violations)):
+    cosines, sines = directions
+    for i in range(len(rows.thrust)):
         block, column = i // BLOCK, i % BLOCK
-        of_block = found[block]
-        stance = stance_in(given[block], column)
+        found, stance = blocks.found[block], stance_in(blocks.given[block], column)
         for joint in range(12):
-            cosines[i, joint], sines[i, joint] = joint_from_middle(of_block, column, side > 0.0, joint)
+            cosines[i, joint], sines[i, joint] = joint_from_middle(found, column, robot.side > 0.0, joint)
         cosines[i, 12], sines[i, 12] = stance.cos_yaw, stance.sin_yaw
-        undefined = edge_undefined(of_block[EDGE + 2, column])
-        cosines[i, 13] = 1.0 if undefined else of_block[EDGE + 1, column]
-        sines[i, 13] = 0.0 if undefined else of_block[EDGE, column]
-        scalars[i, 0], scalars[i, 1] = of_block[FOUND_THRUST, column], of_block[OUT_OF_REACH, column]
-        violations[i] = flags[block, column]
+        undefined = edge_undefined(found[EDGE + 2, column])
+        cosines[i, 13] = 1.0 if undefined else found[EDGE + 1, column]
+        sines[i, 13] = 0.0 if undefined else found[EDGE, column]
+        rows.thrust[i], rows.out_of_reach[i] = found[FOUND_THRUST, column], found[OUT_OF_REACH, column]
+        rows.violations[i] = blocks.violations[block, column]
         for axis in range(2):
-            points[i, 0, axis] = of_block[FOUND_ZMP + axis, column]
-            points[i, 1, axis] = stance.assigned_zmp[axis]
-            fan[i, axis] = stance.fan[axis]
-        fan[i, 2] = stance.swing_ankle[2] + fan_height
+            rows.zmp[i, axis] = found[FOUND_ZMP + axis, column]
+            rows.assigned_zmp[i, axis] = stance.assigned_zmp[axis]
+            rows.fan[i, axis] = stance.fan[axis]
+        rows.fan[i, 2] = stance.swing_ankle[2] + robot.swing_leg.fan[2]
         for axis in range(3):
-            center_of_mass[i, axis] = of_block[COM + axis, column]
+            rows.center_of_mass[i, axis] = found[COM + axis, column]

@@ -7,21 +7,57 @@ writes plain columns. So whoever has many postures to evaluate fills a block of 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from jet_gym.arrays import Array
-from jet_gym.balance import BalanceParameters, Stance, edge_vectors
+from jet_gym.balance import Stance, edge_vectors
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.kinematics import from_middle
-from jet_gym.leg import Leg, Vector
+from jet_gym.leg import Vector
 from jet_gym.posture_state import posture_at
-from jet_gym.robot import Trunk
+from jet_gym.single_support import SingleSupport
 
 BLOCK = 16
-GIVEN_ROWS = 19  # a stance of 16 numbers and a pelvis
-FOUND_ROWS = 34  # what follows, and then cosines and sines of the joints of swing and support leg
+GIVEN_PELVIS = 16  # row at which the pelvis begins, behind the 16 numbers of a stance
+GIVEN_ROWS = 19
+# Rows at which what is found begins; the last two are those of the joints of swing and support leg.
 COM, FOUND_THRUST, FOUND_ZMP, OUT_OF_REACH, EDGE, COSINES, SINES = 0, 3, 4, 6, 7, 10, 22
+FOUND_ROWS = 34
+
+
+class Block(NamedTuple):
+    """Postures side by side, a column each."""
+
+    given: Array  # (GIVEN_ROWS, BLOCK) swing points and pelvis positions
+    found: Array  # (FOUND_ROWS, BLOCK) the postures
+    violations: NDArray[np.int64]  # (BLOCK,) the violated constraints, as flags
+
+
+class Blocks(NamedTuple):
+    """B blocks of postures, in arrays that Python makes."""
+
+    given: Array  # (B, GIVEN_ROWS, BLOCK)
+    found: Array  # (B, FOUND_ROWS, BLOCK)
+    violations: NDArray[np.int64]  # (B, BLOCK)
+
+
+@inlined
+def new_block() -> Block:
+    """Return a block of zeros.
+
+    Arrays that compiled code makes itself have a shape that the compiler knows, and overlap with nothing: that
+    makes SIMD possible.
+    """
+    return Block(np.zeros((GIVEN_ROWS, BLOCK)), np.zeros((FOUND_ROWS, BLOCK)), np.zeros(BLOCK, np.int64))
+
+
+def new_blocks(count: int) -> Blocks:
+    """Return as many blocks."""
+    given, found = np.zeros((count, GIVEN_ROWS, BLOCK)), np.empty((count, FOUND_ROWS, BLOCK))
+    return Blocks(given, found, np.empty((count, BLOCK), dtype=np.int64))
 
 
 @inlined
@@ -31,7 +67,7 @@ def put(given: Array, column: int, stance: Stance, pelvis: Vector) -> None:
     for axis in range(3):
         given[2 + axis, column] = stance.swing_ankle[axis]
         given[5 + axis, column] = stance.support_ankle[axis]
-        given[16 + axis, column] = pelvis[axis]
+        given[GIVEN_PELVIS + axis, column] = pelvis[axis]
     for axis in range(2):
         given[8 + axis, column] = stance.fan[axis]
         given[10 + axis, column] = stance.assigned_zmp[axis]
@@ -54,56 +90,30 @@ def stance_in(given: Array, column: int) -> Stance:
 
 
 @entry_point
-def evaluate_blocks(
-    swing_leg: Leg,
-    support_leg: Leg,
-    trunk: Trunk,
-    balance: BalanceParameters,
-    given: Array,
-    found: Array,
-    violations: NDArray[np.int64],
-) -> None:
-    """Evaluate the postures of B blocks, all columns of each whether they were put or not.
-
-    Args:
-        swing_leg: The swing leg.
-        support_leg: The support leg.
-        trunk: The rest of the robot.
-        balance: Balance settings.
-        given: Swing points and pelvis positions (B, GIVEN_ROWS, BLOCK).
-        found: Receives the postures (B, FOUND_ROWS, BLOCK).
-        violations: Receives the violated constraints (B, BLOCK) as flags.
-    """
-    # Arrays made here have a shape that the compiler knows and overlap with nothing: that makes SIMD possible.
-    own_given, own_found = np.empty((GIVEN_ROWS, BLOCK)), np.empty((FOUND_ROWS, BLOCK))
-    own_violations = np.empty(BLOCK, np.int64)
-    for block in range(len(given)):
+def evaluate_blocks(robot: SingleSupport, blocks: Blocks) -> None:
+    """Evaluate the postures of blocks, all columns of each whether they were put or not."""
+    own = new_block()
+    for block in range(len(blocks.given)):
         for row in range(GIVEN_ROWS):
             for column in range(BLOCK):
-                own_given[row, column] = given[block, row, column]
-        evaluate_block(swing_leg, support_leg, trunk, balance, own_given, own_found, own_violations)
+                own.given[row, column] = blocks.given[block, row, column]
+        evaluate_block(robot, own)
         for row in range(FOUND_ROWS):
             for column in range(BLOCK):
-                found[block, row, column] = own_found[row, column]
+                blocks.found[block, row, column] = own.found[row, column]
         for column in range(BLOCK):
-            violations[block, column] = own_violations[column]
+            blocks.violations[block, column] = own.violations[column]
 
 
 @inlined
-def evaluate_block(
-    swing_leg: Leg,
-    support_leg: Leg,
-    trunk: Trunk,
-    balance: BalanceParameters,
-    given: Array,
-    found: Array,
-    violations: NDArray[np.int64],
-) -> None:
-    """Evaluate the postures of a block, in SIMD lanes if the caller made the three arrays itself."""
+def evaluate_block(robot: SingleSupport, block: Block) -> None:
+    """Evaluate the postures of a block, in SIMD lanes if it is the caller's own :func:`new_block`."""
+    swing_leg, support_leg = robot.swing_leg, robot.support_leg
+    given, found, violations = block
     for i in range(BLOCK):
         stance = stance_in(given, i)
-        pelvis = (given[16, i], given[17, i], given[18, i])
-        state = posture_at(swing_leg, support_leg, trunk, balance, stance, pelvis)
+        pelvis = (given[GIVEN_PELVIS, i], given[GIVEN_PELVIS + 1, i], given[GIVEN_PELVIS + 2, i])
+        state = posture_at(robot, stance, pelvis)
         com = state.center_of_mass
         found[COM, i], found[COM + 1, i], found[COM + 2, i] = com
         found[FOUND_THRUST, i] = state.thrust

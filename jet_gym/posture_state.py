@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from jet_gym.arrays import Array
 from jet_gym.balance import (
-    BalanceParameters,
     Point,
     Stance,
     assigned_thrust,
@@ -27,8 +26,8 @@ from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, REACH, THRUST, ZMP
 from jet_gym.fitness import FitnessParameters, fitness_terms
 from jet_gym.kinematics import leg_forward, leg_inverse, within_limits
-from jet_gym.leg import Leg, Six, Vector
-from jet_gym.robot import Trunk
+from jet_gym.leg import Six, Vector
+from jet_gym.single_support import SingleSupport, hip_from_ankle
 
 
 class PostureState(NamedTuple):
@@ -46,15 +45,14 @@ class PostureState(NamedTuple):
 
 
 @inlined
-def posture_at(
-    swing_leg: Leg, support_leg: Leg, trunk: Trunk, balance: BalanceParameters, stance: Stance, pelvis: Vector
-) -> PostureState:
+def posture_at(robot: SingleSupport, stance: Stance, pelvis: Vector) -> PostureState:
     """Find the posture that a pelvis position [m] fixes, and the constraints (8) to (11) that it violates."""
+    swing_leg, support_leg, trunk, _, balance = robot
     px, py, pz = pelvis
     c, s = stance.cos_yaw, stance.sin_yaw
     foot_rotation = (c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0)  # the world's axes, seen from the pelvis
-    swing_hip = _hip_from_ankle(swing_leg.hip, px, py, pz, c, s, stance.swing_ankle)
-    support_hip = _hip_from_ankle(support_leg.hip, px, py, pz, c, s, stance.support_ankle)
+    swing_hip = hip_from_ankle(swing_leg, stance, stance.swing_ankle, pelvis)
+    support_hip = hip_from_ankle(support_leg, stance, stance.support_ankle, pelvis)
     swing_cosines, swing_sines, swing_missing = leg_inverse(swing_leg, swing_hip, foot_rotation)
     support_cosines, support_sines, support_missing = leg_inverse(support_leg, support_hip, foot_rotation)
     out_of_reach = max(swing_missing, support_missing)
@@ -98,21 +96,9 @@ def posture_at(
     )
 
 
-@inlined
-def _hip_from_ankle(hip: Vector, px: float, py: float, pz: float, c: float, s: float, ankle: Vector) -> Vector:
-    return (
-        px + c * hip[0] - s * hip[1] - ankle[0],
-        py + s * hip[0] + c * hip[1] - ankle[1],
-        pz + hip[2] - ankle[2],
-    )
-
-
 @entry_point
 def fitness_of_candidates(
-    swing_leg: Leg,
-    support_leg: Leg,
-    trunk: Trunk,
-    balance: BalanceParameters,
+    robot: SingleSupport,
     parameters: FitnessParameters,
     stance: Stance,
     previous: Vector,
@@ -125,10 +111,7 @@ def fitness_of_candidates(
     A straight line of arithmetic without a trigonometric function, so that the loop runs in SIMD lanes.
 
     Args:
-        swing_leg: The swing leg.
-        support_leg: The support leg.
-        trunk: The rest of the robot.
-        balance: Balance settings.
+        robot: The robot.
         parameters: Fitness settings; a smoothness weight of zero leaves out f3.
         stance: The swing point.
         previous: Pelvis [m] at the last swing point.
@@ -138,7 +121,7 @@ def fitness_of_candidates(
     """
     for i in range(candidates.shape[1]):
         pelvis = (candidates[0, i], candidates[1, i], candidates[2, i])
-        state = posture_at(swing_leg, support_leg, trunk, balance, stance, pelvis)
+        state = posture_at(robot, stance, pelvis)
         dx, dy, dz = pelvis[0] - previous[0], pelvis[1] - previous[1], pelvis[2] - previous[2]
         f1, f2, f3, f4 = fitness_terms(parameters, state.violations, state.thrust, dx * dx + dy * dy + dz * dz)
         fitness[i] = f1 + f2 + f3 + f4

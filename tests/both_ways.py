@@ -14,14 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from agents.barrier import bring_inside, polish, shares_of_mu
 from agents.exhaustive import GaexPlanner
 from agents.genetic import GaPlanner, GasPlanner, GeneticSettings
-from agents.lattice import accumulate, make_lattices, trace_back
-from agents.path_cost import cost_of_path, search_of_step
+from agents.paths.barrier import polish, shares_of_mu
+from agents.paths.bring_inside import bring_inside
+from agents.paths.cost import cost_of_path, search_of_step
+from agents.paths.lattice import accumulate, make_lattices, trace_back
+from agents.paths.refinement import RefinementSettings, candidates_around, refine_path, violates
+from agents.paths.relaxation import reach_boxes
 from agents.policy import PolicyPlanner
-from agents.refinement import RefinementSettings, candidates_around, refine_path, violates
-from agents.relaxation import reach_boxes
 from jet_gym import Step, jet_hr1
 from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings, ThrustModel

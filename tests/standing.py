@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from hypothesis import strategies as st
 
@@ -14,11 +12,8 @@ from jet_gym.balance import (
     stance_of,
 )
 from jet_gym.leg import Side
-from jet_gym.posture import swing_and_support
 from jet_gym.robot import Robot
-
-if TYPE_CHECKING:
-    pass
+from jet_gym.single_support import swing_and_support
 
 WEIGHT = 6.8 * 9.81  # [N]
 MAX_THRUST = 23.0  # [N]

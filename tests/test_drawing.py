@@ -16,7 +16,7 @@ from jet_gym.task.lanes import Lanes
 def _draw(count: int, difficulty: float = 1.0, seed: int = 0) -> list[Step]:
     robot = jet_hr1()
     lanes = Lanes(count)
-    drawer = StepDrawer(robot, BalanceSettings().parameters(robot), difficulty)
+    drawer = StepDrawer(robot, BalanceSettings(), difficulty)
     drawer.draw(lanes, np.arange(count), [np.random.default_rng([seed, lane]) for lane in range(count)])
     return [lanes.step_of(lane, robot) for lane in range(count)]
 
@@ -67,7 +67,7 @@ def test_difficulty_bounds_how_far_a_step_goes() -> None:
 
 def test_a_lane_draws_from_its_own_generator_alone() -> None:
     robot = jet_hr1()
-    drawer = StepDrawer(robot, BalanceSettings().parameters(robot), 1.0)
+    drawer = StepDrawer(robot, BalanceSettings(), 1.0)
     together, alone = Lanes(20), Lanes(1)
     drawer.draw(together, np.arange(20), [np.random.default_rng(lane) for lane in range(20)])
     for lane in range(20):
@@ -78,11 +78,11 @@ def test_a_lane_draws_from_its_own_generator_alone() -> None:
 @pytest.mark.parametrize("model", ["assigned", "least"])
 def test_the_cheap_check_rarely_misses_a_feasible_landing(model: str) -> None:
     """Where the exhaustive check finds a posture at the landing, the cheap one should nearly always too."""
-    from jet_gym.balance import stance_of
+    from jet_gym.single_support import single_support, stance_between
     from jet_gym.task.drawing import _posture_exists
 
-    robot, settings = jet_hr1(), BalanceSettings(thrust_model=model)  # type: ignore[arg-type]
-    balance, generator = settings.parameters(robot), np.random.default_rng(0)
+    settings, generator = BalanceSettings(thrust_model=model), np.random.default_rng(0)  # type: ignore[arg-type]
+    robot = single_support(jet_hr1(), "left", settings)
     agree, feasible = 0, 0
     for _ in range(40):
         angle, distance = generator.uniform(-1.6, 1.6), generator.uniform(0.3, 0.8)
@@ -92,8 +92,7 @@ def test_the_cheap_check_rarely_misses_a_feasible_landing(model: str) -> None:
         except ValueError:
             continue
         exhaustive = diagnose(step, settings, points=[1]) == []
-        stance = stance_of(robot.left, robot.right, 1.0, balance.zmp_margin, step.landing, step.support)
-        cheap = _posture_exists(robot.left, robot.right, robot.trunk, balance, stance)
+        cheap = _posture_exists(robot, stance_between(robot, step.landing, step.support))
         assert exhaustive or not cheap
         feasible += exhaustive
         agree += exhaustive and cheap

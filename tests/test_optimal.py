@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from agents import Plan, make_planner
-from agents.lattice import accumulate, make_lattices, trace_back
 from agents.optimal import OptimalPlanner, OptimalSettings, _Search
-from agents.path_cost import FAR
+from agents.paths.cost import FAR
+from agents.paths.lattice import accumulate, make_lattices, trace_back
 from jet_gym import Step
 from jet_gym.balance import BalanceSettings
 from jet_gym.courses import PAPER

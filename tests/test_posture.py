@@ -13,14 +13,15 @@ from standing import SOLE
 
 from jet_gym import jet_hr1, load_robot
 from jet_gym.arrays import Array
-from jet_gym.balance import GRAVITY, BalanceSettings, stance_of
+from jet_gym.balance import GRAVITY, BalanceSettings
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, REACH, THRUST, ZMP, violation_names
 from jet_gym.fitness import FitnessSettings
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.leg import SIDES, Side, opposite
-from jet_gym.posture import Postures, evaluate_postures, swing_and_support
+from jet_gym.posture import Postures, evaluate_postures
 from jet_gym.posture_state import fitness_of_candidates
 from jet_gym.robot import Robot
+from jet_gym.single_support import single_support, stance_between
 
 MODELS = ("assigned", "least")
 MAX_THRUST, WEIGHT, EDGE = jet_hr1().max_thrust, jet_hr1().mass * GRAVITY, BalanceSettings.edge_tolerance
@@ -285,17 +286,14 @@ def test_fitness_of_candidates_is_the_formula_on_their_postures(
 ) -> None:
     pelvis, settings = cloud(rng, swing, 20_000), BalanceSettings(thrust_model=model)
     swing_sole, support = feet(swing)
-    balance = settings.parameters(robot)
-    swing_leg, support_leg, side = swing_and_support(robot, swing)
-    stance = stance_of(
-        swing_leg, support_leg, side, balance.zmp_margin, tuple(swing_sole.tolist()), tuple(support.tolist())
-    )
+    numbers = single_support(robot, swing, settings)
+    stance = stance_between(numbers, tuple(swing_sole.tolist()), tuple(support.tolist()))
     previous = tuple(pelvis[0].tolist())
     fitness, violations = np.empty(len(pelvis)), np.empty(len(pelvis), np.int64)
+    parameters = FitnessSettings(smoothness_weight).parameters()
     fitness_of_candidates(
-        swing_leg, support_leg, robot.trunk, balance, FitnessSettings(smoothness_weight).parameters(), stance,
-        previous, np.ascontiguousarray(pelvis.T), fitness, violations,
-    )  # fmt: skip
+        numbers, parameters, stance, previous, np.ascontiguousarray(pelvis.T), fitness, violations
+    )
 
     postures = evaluate_postures(robot, swing, swing_sole, support, pelvis, settings)
     flags = postures.violations

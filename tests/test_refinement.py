@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from agents import make_planner
-from agents.path_cost import cost_of_path, search_of_step
-from agents.refinement import RefinementSettings, candidates_around, refine_path
+from agents.paths.cost import cost_of_path, search_of_step
+from agents.paths.refinement import RefinementSettings, candidates_around, refine_path
 from jet_gym.balance import BalanceSettings
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings

@@ -10,12 +10,11 @@ import numpy as np
 from agents.genetic import GeneticSettings
 from agents.planner import make_planner
 from jet_gym.arrays import Array
-from jet_gym.balance import BalanceParameters, BalanceSettings, Stance, stance_of
+from jet_gym.balance import Stance, stance_of
 from jet_gym.courses import PAPER
 from jet_gym.fitness import FitnessParameters, FitnessSettings
-from jet_gym.leg import Leg
-from jet_gym.posture import swing_and_support
 from jet_gym.posture_state import fitness_of_candidates
+from jet_gym.single_support import SingleSupport, single_support
 from jet_gym.step import Step
 
 
@@ -52,23 +51,19 @@ class SwingPoint:
         return np.random.default_rng(seed).uniform(self.lowest, self.highest, (count, 3))
 
     @functools.cached_property
-    def _compiled_arguments(self) -> tuple[Leg, Leg, BalanceParameters, FitnessParameters, Stance]:
-        swing_leg, support_leg, side = swing_and_support(self.step.robot, self.step.swing)
-        balance = BalanceSettings().parameters(self.step.robot)
-        sole = tuple(self.swing_sole.tolist())
+    def _compiled_arguments(self) -> tuple[SingleSupport, FitnessParameters, Stance]:
+        robot, sole = single_support(self.step.robot, self.step.swing), tuple(self.swing_sole.tolist())
+        legs, zmp_margin = (robot.swing_leg, robot.support_leg, robot.side), robot.balance.zmp_margin
         plain_stance_of = stance_of.py_func  # type: ignore[attr-defined]
-        stance = plain_stance_of(swing_leg, support_leg, side, balance.zmp_margin, sole, self.step.support)
-        return swing_leg, support_leg, balance, FitnessSettings().parameters(), stance
+        return robot, FitnessSettings().parameters(), plain_stance_of(*legs, zmp_margin, sole, self.step.support)
 
     def fitness(self, candidates: Array) -> Array:
         """Return the fitness (N,), eq. (15), of pelvis positions (3, N) [m], C-ordered, by the compiled loop."""
-        swing_leg, support_leg, balance, parameters, stance = self._compiled_arguments
+        robot, parameters, stance = self._compiled_arguments
         count = candidates.shape[1]
         fitness, violations = np.empty(count), np.empty(count, dtype=np.int64)
-        fitness_of_candidates(
-            swing_leg, support_leg, self.step.robot.trunk, balance, parameters, stance,
-            tuple(self.previous.tolist()), candidates, fitness, violations,
-        )  # fmt: skip
+        previous = tuple(self.previous.tolist())
+        fitness_of_candidates(robot, parameters, stance, previous, candidates, fitness, violations)
         return fitness
 
     def fitness_of_one(self, x: float, y: float, z: float) -> float:

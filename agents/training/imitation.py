@@ -1,6 +1,6 @@
 """A warm start: imitating a careful expert on the states that the policy itself gets into.
 
-The expert is the interior-point method of the optimal planner (:mod:`agents.barrier`), stopped early: on its
+The expert is the interior-point method of the optimal planner (:mod:`agents.paths.barrier`), stopped early: on its
 central path every constraint keeps some room, which is what an imitator needs. A policy that chooses the thrust
 meets the limits of thrust and edge polygon by what its choices are; its expert keeps hardly any room to these.
 
@@ -22,8 +22,9 @@ import torch
 from numpy.typing import NDArray
 from stable_baselines3.common.policies import ActorCriticPolicy
 
-from agents.barrier import bring_inside, polish, shares_of_mu
-from agents.path_cost import cost_of_path, search_of_step
+from agents.paths.barrier import polish, shares_of_mu
+from agents.paths.bring_inside import bring_inside
+from agents.paths.cost import cost_of_path, search_of_step
 from agents.planner import make_planner
 from agents.sb3_policy import ThrustPolicy
 from agents.training.validation import drawn_steps
@@ -110,7 +111,7 @@ def expert_path(step: Step, mu: float, thrust_share: float = 1.0, relative_mu: f
     if relative_mu * cost < mu:
         polish(model, points, mu, max(relative_mu * cost, _LEAST_MU), shares, path)
         cost = cost_of_path(model, points, path)
-    full_thrust = model.fitness.thrust_weight * model.balance.max_thrust
+    full_thrust = model.fitness.thrust_weight * model.robot.balance.max_thrust
     most = step.points * (full_thrust + 100.0) + 0.5 * _LEAST_PENALTY
     return path if cost < most else None
 

@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 
 from agents.network import PolicyNetwork
+from agents.paths.refinement import RefinementSettings
 from agents.planner import make_planner
 from agents.policy import SHIPPED_POLICY, PolicyPlanner
-from agents.refinement import RefinementSettings
 from agents.training.callbacks import MODEL, NETWORK
 from agents.training.run_folder import write_json
 from agents.training.validation import TEST_SEED, VALIDATION_SEED, Score, StepSet, drawn_steps

@@ -7,25 +7,25 @@ from numpy.typing import NDArray
 
 from jet_gym import constraints
 from jet_gym.arrays import Array
-from jet_gym.balance import BalanceParameters, edge_undefined, outside_edge_polygon, stance_of
+from jet_gym.balance import edge_undefined, outside_edge_polygon
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.fitness import FitnessParameters, fitness_terms
-from jet_gym.leg import Leg
 from jet_gym.posture_block import (
     BLOCK,
     COM,
     COSINES,
     EDGE,
-    FOUND_ROWS,
     FOUND_THRUST,
     FOUND_ZMP,
-    GIVEN_ROWS,
     OUT_OF_REACH,
     SINES,
+    Block,
     evaluate_block,
+    new_block,
     put,
     stance_in,
 )
+from jet_gym.single_support import SingleSupport, stance_between
 from jet_gym.task.lanes import (
     LANE_WIDTH,
     PELVIS,
@@ -71,23 +71,22 @@ def advance(numbers: Array, lanes: Array, actions: Array, selected: NDArray[np.i
         selected: Which lanes.
         transition: Receives what the actions led to, each in its lane's column.
     """
-    state, asked = np.zeros((LANE_WIDTH, BLOCK)), np.zeros((3, BLOCK))
-    given, found, moved_squared = np.zeros((GIVEN_ROWS, BLOCK)), np.empty((FOUND_ROWS, BLOCK)), np.empty(BLOCK)
-    flags, result = np.empty(BLOCK, np.int64), np.zeros((TRANSITION_ROWS, BLOCK))
+    state, asked, moved_squared = np.zeros((LANE_WIDTH, BLOCK)), np.zeros((3, BLOCK)), np.empty(BLOCK)
+    block, result = new_block(), np.zeros((TRANSITION_ROWS, BLOCK))
     for which in range(2):
-        swing_leg, support_leg, trunk, side, balance, fitness, task = unpack(numbers[which])
-        chosen = lanes_of_side(lanes, selected, side)
+        robot, fitness, task = unpack(numbers[which])
+        chosen = lanes_of_side(lanes, selected, robot.side)
         for start in range(0, len(chosen), BLOCK):
             count = min(BLOCK, len(chosen) - start)
             gather(lanes, chosen, start, count, state)
             for column in range(count):
                 for axis in range(3):
                     asked[axis, column] = actions[chosen[start + column], axis]
-            _move(task, side, asked, state, moved_squared)
-            _place(swing_leg, support_leg, side, balance, state, given)
-            evaluate_block(swing_leg, support_leg, trunk, balance, given, found, flags)
-            _describe(swing_leg, support_leg, side, state, given, found, flags, result)
-            _judge(balance, fitness, task, swing_leg, support_leg, side, given, found, flags, moved_squared, result)
+            _move(task, robot.side, asked, state, moved_squared)
+            _place(robot, state, block)
+            evaluate_block(robot, block)
+            _describe(robot, state, block, result)
+            _judge(robot, fitness, task, block, moved_squared, result)
             for row in range(TRANSITION_ROWS):
                 for column in range(count):
                     transition[row, chosen[start + column]] = result[row, column]
@@ -96,8 +95,8 @@ def advance(numbers: Array, lanes: Array, actions: Array, selected: NDArray[np.i
                 for axis in range(3):
                     lanes[lane, PELVIS + axis] = state[PELVIS + axis, column]
                 lanes[lane, POINT] += 1.0
-                lanes[lane, THRUST] = found[FOUND_THRUST, column]
-                lanes[lane, VIOLATED] = 1.0 if flags[column] != 0 else lanes[lane, VIOLATED]
+                lanes[lane, THRUST] = block.found[FOUND_THRUST, column]
+                lanes[lane, VIOLATED] = 1.0 if block.violations[column] != 0 else lanes[lane, VIOLATED]
 
 
 @inlined
@@ -116,30 +115,18 @@ def _move(task: TaskParameters, side: float, asked: Array, state: Array, moved_s
 
 
 @inlined
-def _place(
-    swing_leg: Leg, support_leg: Leg, side: float, balance: BalanceParameters, state: Array, given: Array
-) -> None:
+def _place(robot: SingleSupport, state: Array, block: Block) -> None:
     """Put the swing points and the pelvis positions into the block of postures."""
     for i in range(BLOCK):
         lane = state[:, i]
         sole = swing_sole(lane, lane[POINT] / (lane[POINTS] - 1.0))
-        stance = stance_of(swing_leg, support_leg, side, balance.zmp_margin, sole, three(lane, SUPPORT))
-        put(given, i, stance, three(lane, PELVIS))
+        put(block.given, i, stance_between(robot, sole, three(lane, SUPPORT)), three(lane, PELVIS))
 
 
 @inlined
-def _describe(
-    swing_leg: Leg,
-    support_leg: Leg,
-    side: float,
-    state: Array,
-    given: Array,
-    found: Array,
-    flags: NDArray[np.int64],
-    result: Array,
-) -> None:
+def _describe(robot: SingleSupport, state: Array, block: Block, result: Array) -> None:
     """Write the postures."""
-    angles = np.empty(12 * BLOCK)
+    angles, (given, found, violations) = np.empty(12 * BLOCK), block
     sines, cosines = (
         found[SINES : SINES + 12].reshape(12 * BLOCK),
         found[COSINES : COSINES + 12].reshape(12 * BLOCK),
@@ -148,8 +135,8 @@ def _describe(
         angles[i] = arctangent(sines[i], cosines[i])
     for row in range(12):
         joint = row % 6
-        leg = swing_leg if row < 6 else support_leg
-        to = row if side > 0.0 else (row + 6) % 12
+        leg = robot.swing_leg if row < 6 else robot.support_leg
+        to = row if robot.side > 0.0 else (row + 6) % 12
         middle, sign = 0.5 * (leg.lower[joint] + leg.upper[joint]), leg.axis_signs[joint]
         for i in range(BLOCK):
             result[JOINTS + to, i] = sign * (middle + angles[row * BLOCK + i])
@@ -165,20 +152,15 @@ def _describe(
         edge_angle = arctangent(found[EDGE, i], found[EDGE + 1, i])
         result[EDGE_ANGLE, i] = 0.0 if edge_undefined(found[EDGE + 2, i]) else edge_angle
         result[ASKED_THRUST, i] = found[FOUND_THRUST, i]
-        result[VIOLATIONS, i] = flags[i]
+        result[VIOLATIONS, i] = violations[i]
 
 
 @inlined
 def _judge(
-    balance: BalanceParameters,
+    robot: SingleSupport,
     fitness: FitnessParameters,
     task: TaskParameters,
-    swing_leg: Leg,
-    support_leg: Leg,
-    side: float,
-    given: Array,
-    found: Array,
-    flags: NDArray[np.int64],
+    block: Block,
     moved_squared: Array,
     result: Array,
 ) -> None:
@@ -186,23 +168,24 @@ def _judge(
 
     The graded reward of a posture without violation is minus its fitness over that of full thrust.
     """
+    balance, found = robot.balance, block.found
     joint_excess = np.zeros(BLOCK)  # [rad] of the worst joint beyond its limit
     for row in range(12):
         joint = row % 6
-        leg = swing_leg if row < 6 else support_leg
-        of = row if side > 0.0 else (row + 6) % 12
+        leg = robot.swing_leg if row < 6 else robot.support_leg
+        of = row if robot.side > 0.0 else (row + 6) % 12
         sign, lower, upper = leg.axis_signs[joint], leg.lower[joint], leg.upper[joint]
         for i in range(BLOCK):
             angle = sign * result[JOINTS + of, i]
             joint_excess[i] = max(joint_excess[i], lower - angle, angle - upper)
     for i in range(BLOCK):
-        violations, thrust = flags[i], found[FOUND_THRUST, i]
+        violations, thrust = block.violations[i], found[FOUND_THRUST, i]
         f1, f2, f3, f4 = fitness_terms(fitness, violations, thrust, moved_squared[i])
         result[FITNESS_TERMS, i], result[FITNESS_TERMS + 1, i] = f1, f2
         result[FITNESS_TERMS + 2, i], result[FITNESS_TERMS + 3, i] = f3, f4
         result[FITNESS, i] = f1 + f2 + f3 + f4
 
-        stance = stance_in(given, i)
+        stance = stance_in(block.given, i)
         x, y, support = found[FOUND_ZMP, i], found[FOUND_ZMP + 1, i], stance.support
         outside = max(support[0] - x, x - support[1], support[2] - y, y - support[3])
         over_thrust = max(thrust - balance.max_thrust, -thrust) / balance.max_thrust

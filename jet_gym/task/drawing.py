@@ -22,13 +22,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jet_gym.arrays import Array
-from jet_gym.balance import BalanceParameters, BalanceSettings, Stance, stance_of
+from jet_gym.balance import BalanceSettings, Stance
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.courses import CARTON_LENGTH, CARTON_WIDTH
 from jet_gym.fitness import FitnessSettings
-from jet_gym.leg import Leg, Vector
+from jet_gym.leg import SIDES, Leg, Vector
 from jet_gym.posture_state import posture_at
-from jet_gym.robot import Robot, Trunk, jet_hr1
+from jet_gym.robot import Robot, jet_hr1
+from jet_gym.single_support import SingleSupport, hip_from_ankle, single_support, stance_between, straight_length
 from jet_gym.step import NOMINAL_KNEE_BEND, Step
 from jet_gym.swing_path import PATH_CHECKS, nominal_pelvis
 from jet_gym.task.lanes import (
@@ -78,15 +79,15 @@ class StepDrawer:
 
     Args:
         robot: The robot.
-        balance: Balance settings.
+        balance: What counts as balanced.
         difficulty: From 0 to 1.
     """
 
-    def __init__(self, robot: Robot, balance: BalanceParameters, difficulty: float) -> None:
+    def __init__(self, robot: Robot, balance: BalanceSettings, difficulty: float) -> None:
         hip = robot.left.hip
         unused = FitnessSettings().parameters(), TaskSettings().parameters()
         self._numbers = (
-            pack(TaskNumbers(robot.left, robot.right, robot.trunk, 1.0, balance, *unused)),
+            np.array([pack(TaskNumbers(single_support(robot, swing, balance), *unused)) for swing in SIDES]),
             difficulty,
             math.hypot(hip[0], hip[1]),
             NOMINAL_KNEE_BEND * robot.leg_length,
@@ -122,7 +123,7 @@ def draw_random_steps(
         difficulty: From 0 to 1.
     """
     robot, lanes = jet_hr1(), Lanes(count)
-    drawer = StepDrawer(robot, (settings or BalanceSettings()).parameters(robot), difficulty)
+    drawer = StepDrawer(robot, settings or BalanceSettings(), difficulty)
     drawer.draw(lanes, np.arange(count), [np.random.default_rng([seed, number]) for number in range(count)])
     return [lanes.step_of(number, robot) for number in range(count)]
 
@@ -141,7 +142,7 @@ def draw_steps(
     """Begin the first feasible of some random steps in each selected lane.
 
     Args:
-        task: The task with left swing, packed.
+        task: The task with left and with right swing, each packed (2, ...).
         difficulty: From 0 to 1.
         hip_offset: Horizontal distance from the pelvis origin to a hip [m].
         standing_height: Height of the nominal pelvis above the soles [m].
@@ -150,16 +151,12 @@ def draw_steps(
         selected: Lanes to begin (M,).
         drawn: Receives whether one of the tries was feasible (M,).
     """
-    left, right, trunk, _, balance, _, _ = unpack(task)
+    left_swings, right_swings = unpack(task[0]).robot, unpack(task[1]).robot
     for i in range(len(selected)):
         row = lanes[selected[i]]
         for attempt in range(numbers.shape[1]):
             _propose(difficulty, numbers[i, attempt], row)
-            if row[SIDE] > 0.0:
-                feasible = _feasible(left, right, trunk, balance, row)
-            else:
-                feasible = _feasible(right, left, trunk, balance, row)
-            if feasible:
+            if _feasible(left_swings if row[SIDE] > 0.0 else right_swings, row):
                 pelvis = _nominal_pelvis(three(row, START), three(row, SUPPORT), hip_offset, standing_height)
                 row[PELVIS], row[PELVIS + 1], row[PELVIS + 2] = pelvis
                 row[POINT], row[THRUST], row[VIOLATED] = 0.0, 0.0, 0.0
@@ -191,7 +188,7 @@ def _propose(difficulty: float, u: Array, row: Array) -> None:
 
 
 @inlined
-def _feasible(swing_leg: Leg, support_leg: Leg, trunk: Trunk, balance: BalanceParameters, row: Array) -> bool:
+def _feasible(robot: SingleSupport, row: Array) -> bool:
     """Check a proposed step: long enough, no feet that overlap, a posture at both ends and half way."""
     start, landing, support, last = three(row, START), three(row, LANDING), three(row, SUPPORT), row[POINTS] - 1.0
     dx, dy, dz = landing[0] - start[0], landing[1] - start[1], landing[2] - start[2]
@@ -199,21 +196,19 @@ def _feasible(swing_leg: Leg, support_leg: Leg, trunk: Trunk, balance: BalancePa
         return False
     checks, apart = max(int(last) + 1, PATH_CHECKS), 1e300
     for k in range(checks):
-        apart = min(apart, _distance(swing_leg, support_leg, swing_sole(row, k / (checks - 1)), support))
+        apart = min(apart, _distance(robot, swing_sole(row, k / (checks - 1)), support))
     if apart < 0.0:
         return False
     for point in (last, last // 2, 0.0):
-        sole = swing_sole(row, point / last)
-        stance = stance_of(swing_leg, support_leg, row[SIDE], balance.zmp_margin, sole, support)
-        if not _posture_exists(swing_leg, support_leg, trunk, balance, stance):
+        if not _posture_exists(robot, stance_between(robot, swing_sole(row, point / last), support)):
             return False
     return True
 
 
 @inlined
-def _distance(swing_leg: Leg, support_leg: Leg, swing_sole: Vector, support_sole: Vector) -> float:
+def _distance(robot: SingleSupport, swing_sole: Vector, support_sole: Vector) -> float:
     """Return how far the feet are apart along x or y, whichever is more [m]; negative where they overlap."""
-    a, b = swing_leg.sole_rectangle, support_leg.sole_rectangle
+    a, b = robot.swing_leg.sole_rectangle, robot.support_leg.sole_rectangle
     dx, dy = swing_sole[0] - support_sole[0], swing_sole[1] - support_sole[1]
     apart_x = max(b[0] - (dx + a[1]), dx + a[0] - b[1])
     apart_y = max(b[2] - (dy + a[3]), dy + a[2] - b[3])
@@ -221,15 +216,13 @@ def _distance(swing_leg: Leg, support_leg: Leg, swing_sole: Vector, support_sole
 
 
 @entry_point
-def _posture_exists(
-    swing_leg: Leg, support_leg: Leg, trunk: Trunk, balance: BalanceParameters, stance: Stance
-) -> bool:
+def _posture_exists(robot: SingleSupport, stance: Stance) -> bool:
     """Look for a posture that satisfies (8) to (11), the centre of mass between assigned ZMP and swing ankle.
 
     For each thrust, and each height up to where a leg is straight, the pelvis is moved a few times by what the
     centre of mass misses the place where this thrust balances it. Finding none is no proof that there is none.
     """
-    zmp_x, zmp_y = stance.assigned_zmp
+    balance, (zmp_x, zmp_y) = robot.balance, stance.assigned_zmp
     to_fan_x, to_fan_y = stance.fan[0] - zmp_x, stance.fan[1] - zmp_y
     to_ankle_x, to_ankle_y = stance.swing_ankle[0] - zmp_x, stance.swing_ankle[1] - zmp_y
     stretch = (to_fan_x**2 + to_fan_y**2) / max(to_ankle_x * to_fan_x + to_ankle_y * to_fan_y, 1e-9)
@@ -240,12 +233,12 @@ def _posture_exists(
             px, py = target_x, target_y
             for _ in range(_CORRECTIONS):
                 highest = min(
-                    _straight_height(swing_leg, stance, px, py, stance.swing_ankle),
-                    _straight_height(support_leg, stance, px, py, stance.support_ankle),
+                    _straight_height(robot.swing_leg, stance, stance.swing_ankle, px, py),
+                    _straight_height(robot.support_leg, stance, stance.support_ankle, px, py),
                 )
                 lowest = max(stance.swing_ankle[2], stance.support_ankle[2])
                 pz = lowest + (0.995 - 0.09 * i) * (highest - lowest)
-                state = posture_at(swing_leg, support_leg, trunk, balance, stance, (px, py, pz))
+                state = posture_at(robot, stance, (px, py, pz))
                 if state.violations == 0:
                     return True
                 px += target_x - state.center_of_mass[0]
@@ -254,11 +247,8 @@ def _posture_exists(
 
 
 @inlined
-def _straight_height(leg: Leg, stance: Stance, px: float, py: float, ankle: Vector) -> float:
+def _straight_height(leg: Leg, stance: Stance, ankle: Vector, px: float, py: float) -> float:
     """Return the pelvis height [m] at which a leg is straight; that of its ankle if it cannot reach."""
-    dx = px + stance.cos_yaw * leg.hip[0] - stance.sin_yaw * leg.hip[1] - ankle[0]
-    dy = py + stance.sin_yaw * leg.hip[0] + stance.cos_yaw * leg.hip[1] - ankle[1]
-    thigh = math.sqrt(leg.thigh[0] ** 2 + leg.thigh[1] ** 2 + leg.thigh[2] ** 2)
-    shank = math.sqrt(leg.shank[0] ** 2 + leg.shank[1] ** 2 + leg.shank[2] ** 2)
-    length = thigh + shank
+    dx, dy, _ = hip_from_ankle(leg, stance, ankle, (px, py, 0.0))
+    length = straight_length(leg)
     return ankle[2] - leg.hip[2] + math.sqrt(max(length * length - dx * dx - dy * dy, 0.0))

@@ -15,7 +15,9 @@ from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings, ThrustModel
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
+from jet_gym.leg import SIDES
 from jet_gym.robot import jet_hr1
+from jet_gym.single_support import single_support
 from jet_gym.step import Step
 from jet_gym.task.advance import advance
 from jet_gym.task.choices import actions_of_choices, choices_of_actions
@@ -79,7 +81,7 @@ class TaskModel:
         self._balance = self.balance.parameters(self.robot)
         self._numbers = self._packed()
         self.reward_names = REWARD_TERMS if reward == "graded" else FITNESS_TERMS
-        self.drawer: Drawer = StepDrawer(self.robot, self._balance, self.settings.difficulty)
+        self.drawer: Drawer = StepDrawer(self.robot, self.balance, self.settings.difficulty)
 
     @property
     def violation_cost(self) -> float:
@@ -94,13 +96,8 @@ class TaskModel:
     def _packed(self) -> Array:
         """Return the task with left and with right swing in numbers that compiled code takes."""
         fitness, task = self.fitness.parameters(), self.settings.parameters()
-        left, right, trunk = self.robot.left, self.robot.right, self.robot.trunk
-        return np.array(
-            [
-                pack(TaskNumbers(left, right, trunk, 1.0, self._balance, fitness, task)),
-                pack(TaskNumbers(right, left, trunk, -1.0, self._balance, fitness, task)),
-            ]
-        )
+        robots = [single_support(self.robot, swing, self.balance) for swing in SIDES]
+        return np.array([pack(TaskNumbers(robot, fitness, task)) for robot in robots])
 
     @property
     def fitness_scale(self) -> float:

@@ -9,20 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jet_gym.arrays import Array
-from jet_gym.balance import BalanceParameters, Stance, edge_undefined, stance_of
+from jet_gym.balance import Stance, edge_undefined
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.leg import Leg, Vector
 from jet_gym.posture_block import (
     BLOCK,
     COM,
     EDGE,
-    FOUND_ROWS,
     FOUND_THRUST,
-    GIVEN_ROWS,
+    Block,
     evaluate_block,
+    new_block,
     put,
     stance_in,
 )
+from jet_gym.single_support import SingleSupport, hip_from_ankle, stance_between, straight_length
 from jet_gym.task.lanes import (
     ATTITUDE,
     LANDING,
@@ -112,22 +113,20 @@ def observe(numbers: Array, lanes: Array, selected: NDArray[np.int64], observati
         observations: Receives their observations (N, len(COMPONENTS)), each in its lane's row.
     """
     state, rows = np.zeros((LANE_WIDTH, BLOCK)), np.zeros((_WIDTH, BLOCK))
-    given, found = np.zeros((GIVEN_ROWS, BLOCK)), np.empty((FOUND_ROWS, BLOCK))
-    flags = np.empty(BLOCK, np.int64)
+    block = new_block()
     for which in range(2):
-        swing_leg, support_leg, trunk, side, balance, _, _ = unpack(numbers[which])
-        chosen = lanes_of_side(lanes, selected, side)
+        robot = unpack(numbers[which]).robot
+        chosen = lanes_of_side(lanes, selected, robot.side)
         for start in range(0, len(chosen), BLOCK):
             count = min(BLOCK, len(chosen) - start)
             gather(lanes, chosen, start, count, state)
             for i in range(BLOCK):
                 lane, row = state[:, i], rows[:, i]
-                sole = _observe_path(lane, side, row)
-                stance = stance_of(swing_leg, support_leg, side, balance.zmp_margin, sole, three(lane, SUPPORT))
-                put(given, i, stance, three(lane, PELVIS))
-                _observe_robot(swing_leg, support_leg, side, balance, stance, lane, row)
-            evaluate_block(swing_leg, support_leg, trunk, balance, given, found, flags)
-            _observe_balance(balance, side, state, given, found, rows)
+                stance = stance_between(robot, _observe_path(lane, robot.side, row), three(lane, SUPPORT))
+                put(block.given, i, stance, three(lane, PELVIS))
+                _observe_robot(robot, stance, lane, row)
+            evaluate_block(robot, block)
+            _observe_balance(robot, state, block, rows)
             for column in range(count):
                 lane_index = chosen[start + column]
                 for component in range(_WIDTH):
@@ -153,29 +152,20 @@ def _observe_path(lane: Array, side: float, row: Array) -> Vector:
 
 
 @inlined
-def _observe_robot(
-    swing_leg: Leg,
-    support_leg: Leg,
-    side: float,
-    balance: BalanceParameters,
-    stance: Stance,
-    lane: Array,
-    row: Array,
-) -> None:
+def _observe_robot(robot: SingleSupport, stance: Stance, lane: Array, row: Array) -> None:
     """Write how far the legs stretch, the last thrust and how the pelvis is inclined."""
     pelvis = three(lane, PELVIS)
-    row[_SWING_EXTENSION] = _extension(swing_leg, pelvis, stance.cos_yaw, stance.sin_yaw, stance.swing_ankle)
-    row[_SUPPORT_EXTENSION] = _extension(support_leg, pelvis, stance.cos_yaw, stance.sin_yaw, stance.support_ankle)
-    row[_LAST_THRUST] = min(max(lane[THRUST] / balance.max_thrust, 0.0), 1.0)
-    row[_ROLL] = _clip(side * lane[ATTITUDE], math.pi)
+    row[_SWING_EXTENSION] = _extension(robot.swing_leg, stance, stance.swing_ankle, pelvis)
+    row[_SUPPORT_EXTENSION] = _extension(robot.support_leg, stance, stance.support_ankle, pelvis)
+    row[_LAST_THRUST] = min(max(lane[THRUST] / robot.balance.max_thrust, 0.0), 1.0)
+    row[_ROLL] = _clip(robot.side * lane[ATTITUDE], math.pi)
     row[_PITCH] = _clip(lane[ATTITUDE + 1], math.pi)
 
 
 @inlined
-def _observe_balance(
-    balance: BalanceParameters, side: float, state: Array, given: Array, found: Array, rows: Array
-) -> None:
+def _observe_balance(robot: SingleSupport, state: Array, block: Block, rows: Array) -> None:
     """Write what the balance would be if the pelvis stayed."""
+    balance, side, found = robot.balance, robot.side, block.found
     edge_tolerance = math.atan(balance.edge_slope)
     for i in range(BLOCK):
         rows[_OBSERVED_COM, i] = _clip(found[COM, i] - state[SUPPORT, i], _POSITION)
@@ -184,7 +174,7 @@ def _observe_balance(
         edge_angle = arctangent(found[EDGE, i], found[EDGE + 1, i])
         edge_angle = 0.0 if edge_undefined(found[EDGE + 2, i]) else edge_angle
         rows[_OBSERVED_EDGE_ANGLE, i] = _clip(side * edge_angle / edge_tolerance, 10.0)
-        stance = stance_in(given, i)
+        stance = stance_in(block.given, i)
         zmp_x, zmp_y = stance.assigned_zmp
         line_x, line_y = stance.swing_ankle[0] - zmp_x, stance.swing_ankle[1] - zmp_y
         from_zmp_x, from_zmp_y = found[COM, i] - zmp_x, found[COM + 1, i] - zmp_y
@@ -209,11 +199,7 @@ def _write(row: Array, column: int, point: Vector, origin: Vector, side: float, 
 
 
 @inlined
-def _extension(leg: Leg, pelvis: Vector, cos_yaw: float, sin_yaw: float, ankle: Vector) -> float:
+def _extension(leg: Leg, stance: Stance, ankle: Vector, pelvis: Vector) -> float:
     """Return the distance from hip to ankle over the length of the straight leg."""
-    dx = pelvis[0] + cos_yaw * leg.hip[0] - sin_yaw * leg.hip[1] - ankle[0]
-    dy = pelvis[1] + sin_yaw * leg.hip[0] + cos_yaw * leg.hip[1] - ankle[1]
-    dz = pelvis[2] + leg.hip[2] - ankle[2]
-    thigh = math.sqrt(leg.thigh[0] ** 2 + leg.thigh[1] ** 2 + leg.thigh[2] ** 2)
-    shank = math.sqrt(leg.shank[0] ** 2 + leg.shank[1] ** 2 + leg.shank[2] ** 2)
-    return min(math.sqrt(dx * dx + dy * dy + dz * dz) / (thigh + shank), 3.0)
+    dx, dy, dz = hip_from_ankle(leg, stance, ankle, pelvis)
+    return min(math.sqrt(dx * dx + dy * dy + dz * dz) / straight_length(leg), 3.0)

@@ -12,6 +12,7 @@ from jet_gym.compilation import inlined
 from jet_gym.fitness import FitnessParameters
 from jet_gym.leg import Leg, Six
 from jet_gym.robot import Trunk
+from jet_gym.single_support import SingleSupport
 from jet_gym.task.lanes import three
 from jet_gym.task.settings import TaskParameters
 
@@ -21,11 +22,7 @@ _LEG_NUMBERS = 80
 class TaskNumbers(NamedTuple):
     """All that a compiled function needs to know of the task."""
 
-    swing_leg: Leg
-    support_leg: Leg
-    trunk: Trunk
-    side: float  # +1 if the left leg swings, -1 if the right one does
-    balance: BalanceParameters
+    robot: SingleSupport
     fitness: FitnessParameters
     task: TaskParameters
 
@@ -50,11 +47,13 @@ def unpack(n: Array) -> TaskNumbers:
     """Return the numbers that were packed."""
     at = 2 * _LEG_NUMBERS
     return TaskNumbers(
-        _leg(n, 0),
-        _leg(n, _LEG_NUMBERS),
-        Trunk(three(n, at), n[at + 3]),
-        n[at + 4],
-        BalanceParameters(n[at + 5] != 0.0, n[at + 6], n[at + 7], n[at + 8], n[at + 9]),
+        SingleSupport(
+            _leg(n, 0),
+            _leg(n, _LEG_NUMBERS),
+            Trunk(three(n, at), n[at + 3]),
+            n[at + 4],
+            BalanceParameters(n[at + 5] != 0.0, n[at + 6], n[at + 7], n[at + 8], n[at + 9]),
+        ),
         FitnessParameters(n[at + 10], n[at + 11], n[at + 12], n[at + 13], n[at + 14]),
         TaskParameters(
             n[at + 15], n[at + 16], n[at + 17], n[at + 18], n[at + 19], n[at + 20], n[at + 21], n[at + 22]

@@ -1,10 +1,14 @@
-"""A path's last millimetre: an interior-point method on the whole step at once.
+r"""A path's last millimetre: an interior-point method on the whole step at once.
 
 Inside the set of postures that meet the constraints, thrust and constraints are smooth in the pelvis, so that a
 path of a lattice can be led on to the nearest local optimum of the total fitness. This is the logarithmic barrier
-method (Boyd and Vandenberghe, Convex Optimization, 2004, chapter 11): minimise the total fitness minus ``mu`` times
-the sum of the logarithms of all slacks (:mod:`agents.slacks`) by Newton's method, and let ``mu`` fall. Neighbouring
-swing points alone are coupled, which makes the Hessian a narrow band.
+method (Boyd and Vandenberghe, Convex Optimization, 2004, chapter 11): with the slacks :math:`s_i`, what is left of
+each constraint (:mod:`agents.paths.slacks`), Newton's method minimises
+
+.. math:: f - \mu \sum_i \log s_i
+
+for the total fitness :math:`f` and ever smaller :math:`\mu`. Neighbouring swing points alone are coupled, which
+makes the Hessian a narrow band.
 
 Where the thrust is least, the edge polygon ends in a tip that is far narrower than a useful step. So a step leads
 the centre of mass, not the pelvis, along a straight line.
@@ -20,9 +24,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.linear_algebra import solve_banded
-from agents.path_cost import FAR, SearchModel, SwingPoints, exact_costs, stance_at
-from agents.slacks import (
+from agents.paths.cost import FAR, SearchModel, SwingPoints, stance_at
+from agents.paths.linear_algebra import solve_banded
+from agents.paths.slacks import (
     COM_X,
     COM_Y,
     EDGE_SLACKS,
@@ -33,7 +37,8 @@ from agents.slacks import (
     THRUST_SLACKS,
     UNKNOWNS,
     ZMP_SLACKS,
-    fill_jacobian,
+    Derivatives,
+    differentiate_slacks,
     fill_slacks,
 )
 from jet_gym.arrays import Array
@@ -47,62 +52,6 @@ _CLOSE = 0.03  # decrement over mu that ends them
 _KEPT = 0.5  # of a slack, at least, in one step
 _ARMIJO, _HALVINGS = 1e-4, 12
 _CORRECTIONS = 8  # of the pelvis, to bring the centre of mass where it is to be
-_ROOM = 5e-4  # [m]
-
-
-@entry_point
-def bring_inside(model: SearchModel, points: SwingPoints, path: Array) -> int:
-    """Move the pelvis where the edge polygon or the thrust's limits are missed, where that is cheaper.
-
-    The centre of mass goes into the middle half of the polygon, at least ``_ROOM`` from its tip.
-
-    Args:
-        model: The robot and what is minimised.
-        points: The swing points.
-        path: The path (N, 3) [m]; changed in place.
-
-    Returns:
-        How many swing points were moved.
-    """
-    moved, costs, candidates = 0, np.empty(2), np.empty((3, 2))
-    x, slacks = np.zeros(UNKNOWNS), np.empty(FILLED)
-    for point in range(len(path)):
-        stance = stance_at(model, points, point)
-        x[:3] = path[point]
-        _, violations = fill_slacks(model, stance, x, slacks)
-        if violations & (EDGE_POLYGON | THRUST) == 0 or violations & REACH:
-            continue
-        target_x, target_y = _inside(model, stance, slacks[COM_X], slacks[COM_Y])
-        for _ in range(2 * _CORRECTIONS):
-            x[0] += target_x - slacks[COM_X]
-            x[1] += target_y - slacks[COM_Y]
-            fill_slacks(model, stance, x, slacks)
-        candidates[:, 0], candidates[:, 1] = path[point], x[:3]
-        exact_costs(model, stance, candidates, costs)
-        if costs[1] < costs[0]:
-            path[point] = x[:3]
-            moved += 1
-    return moved
-
-
-@inlined
-def _inside(model: SearchModel, stance: Stance, com_x: float, com_y: float) -> tuple[float, float]:
-    """Return the place of the centre of mass [m] inside of the edge polygon that is nearest, or nearly so."""
-    balance, (zx, zy) = model.balance, stance.assigned_zmp
-    ax, ay = stance.swing_ankle[0] - zx, stance.swing_ankle[1] - zy
-    fx, fy = stance.fan[0] - zx, stance.fan[1] - zy
-    length = max(math.sqrt(ax * ax + ay * ay), _ROOM)
-    ax, ay = ax / length, ay / length
-    a_thrust = balance.weight * (ax * fx + ay * fy) / max(fx * fx + fy * fy, _ROOM * _ROOM)  # [N/m]
-    furthest = length
-    if not balance.least_thrust:
-        furthest = min(length, balance.max_thrust / max(a_thrust, 1e-9))
-    along = (com_x - zx) * ax + (com_y - zy) * ay
-    aside = (com_y - zy) * ax - (com_x - zx) * ay
-    along = min(max(along, _ROOM), furthest - _ROOM)
-    width = 0.5 * balance.edge_slope * along * (length - along) / length
-    aside = min(max(aside, -width), width)
-    return zx + along * ax - aside * ay, zy + along * ay + aside * ax
 
 
 def shares_of_mu(of_thrust: float = 1.0) -> Array:
@@ -144,20 +93,19 @@ def polish(
     for point in range(count):
         _begin(model, stance_at(model, points, point), path[point], x[point], slacks, active[point])
     work = _Work(
-        active,
-        np.zeros((count, SLACKS)),
-        slacks,
-        np.empty((FILLED, UNKNOWNS)),
-        np.empty((3, 3)),
-        np.empty((count, 2, 4)),
-        np.empty(count * UNKNOWNS),
-        np.empty((count * UNKNOWNS, UNKNOWNS + 1)),
-        np.empty(count * UNKNOWNS),
-        np.empty((count, UNKNOWNS)),
-        shares,
+        active=active,
+        left=np.zeros((count, SLACKS)),
+        weights=np.empty(SLACKS),
+        here=Derivatives(slacks, np.empty((FILLED, UNKNOWNS)), np.empty((3, 3))),
+        coms=np.empty((count, 2, 4)),
+        gradient=np.empty(count * UNKNOWNS),
+        band=np.empty((count * UNKNOWNS, UNKNOWNS + 1)),
+        step=np.empty(count * UNKNOWNS),
+        trial=np.empty((count, UNKNOWNS)),
     )
     mu, steps = first_mu, 0
     while True:
+        work.weights[:] = mu * shares
         taken = _follow(model, points, mu, work, x)
         steps += max(taken, 0)
         if taken < 0 or mu <= last_mu:
@@ -173,15 +121,13 @@ class _Work(NamedTuple):
 
     active: NDArray[np.bool_]  # (N, slacks) constraints that are kept
     left: Array  # (N, slacks) where the last step ended
-    slacks: Array  # (slacks and the centre of mass's x and y) of one swing point
-    jacobian: Array  # (slacks and centre of mass, unknowns) of one swing point
-    curvature: Array  # (3, 3) of one swing point
+    weights: Array  # (slacks,) of their logarithms: mu, or a share of it
+    here: Derivatives  # of one swing point
     coms: Array  # (N, 2, 4) derivatives of the centre of mass by the pelvis, and the centre of mass itself
     gradient: Array  # (unknowns of all swing points,) of the barrier function
     band: Array  # (unknowns of all swing points, 5): [i, d] is the Hessian's entry (i, i - d)
     step: Array  # (unknowns of all swing points,)
     trial: Array  # (N, unknowns)
-    shares: Array  # (slacks,) of mu
 
 
 @inlined
@@ -198,10 +144,7 @@ def _follow(model: SearchModel, points: SwingPoints, mu: float, work: _Work, x: 
         length, shorter = 1.0, True
         for _ in range(_HALVINGS):
             for point in range(len(x)):
-                step = work.step[point * UNKNOWNS : (point + 1) * UNKNOWNS]
-                stance = stance_at(model, points, point)
-                active, com, trial = work.active[point], work.coms[point], work.trial[point]
-                _walk(model, stance, active, com, x[point], step, -length, work.slacks, trial)
+                _walk(model, stance_at(model, points, point), point, -length, work, x)
             shorter = _barrier(model, points, mu, work, work.trial, _KEPT) > value - _ARMIJO * length * decrement
             if not shorter:
                 break
@@ -221,29 +164,22 @@ def _begin(
     x[0], x[1], x[2], x[3] = pelvis[0], pelvis[1], pelvis[2], 0.0
     thrust, violations = fill_slacks(model, stance, x, slacks)
     thrust_kept = violations & THRUST == 0
-    x[3] = thrust + min(0.1, 0.5 * (model.balance.max_thrust - thrust)) if thrust_kept else 0.0
+    x[3] = thrust + min(0.1, 0.5 * (model.robot.balance.max_thrust - thrust)) if thrust_kept else 0.0
+    by_thrust = model.robot.balance.least_thrust  # then it is the thrust that keeps the ZMP inside
     active[EDGE_SLACKS:THRUST_SLACKS] = violations & EDGE_POLYGON == 0
     active[THRUST_SLACKS:ZMP_SLACKS] = thrust_kept
-    active[ZMP_SLACKS:REACH_SLACKS] = (violations & ZMP == 0) & (thrust_kept or not model.balance.least_thrust)
+    active[ZMP_SLACKS:REACH_SLACKS] = (violations & ZMP == 0) & (thrust_kept or not by_thrust)
     active[REACH_SLACKS:JOINT_SLACKS] = violations & REACH == 0
     active[JOINT_SLACKS:] = violations & JOINT_LIMITS == 0
 
 
 @inlined
-def _walk(
-    model: SearchModel,
-    stance: Stance,
-    active: NDArray[np.bool_],
-    com: Array,
-    x: Array,
-    step: Array,
-    length: float,
-    slacks: Array,
-    result: Array,
-) -> None:
-    """Go along a step of the unknowns, the centre of mass on a straight line."""
+def _walk(model: SearchModel, stance: Stance, point: int, length: float, work: _Work, x: Array) -> None:
+    """Go along a step of a swing point's unknowns to its trial, the centre of mass on a straight line."""
+    active, com, slacks, result = work.active[point], work.coms[point], work.here.slacks, work.trial[point]
+    step = work.step[point * UNKNOWNS : (point + 1) * UNKNOWNS]
     for i in range(UNKNOWNS):
-        result[i] = x[i] + length * step[i]
+        result[i] = x[point, i] + length * step[i]
     if not (active[EDGE_SLACKS] or active[THRUST_SLACKS]):
         return
     target_x = com[0, 3] + length * (com[0, 0] * step[0] + com[0, 1] * step[1] + com[0, 2] * step[2])
@@ -261,7 +197,7 @@ def _walk(
 @entry_point
 def _barrier(model: SearchModel, points: SwingPoints, mu: float, work: _Work, x: Array, kept: float) -> float:
     """Return the barrier function, or ``FAR`` where a slack is used up, or all but a share of what was left."""
-    slacks = work.slacks
+    slacks = work.here.slacks
     total = 0.0
     for point in range(len(x)):
         reach = model.search_range if point > 0 else points.first_range
@@ -278,7 +214,7 @@ def _barrier(model: SearchModel, points: SwingPoints, mu: float, work: _Work, x:
                     return FAR
                 if kept == 0.0:
                     work.left[point, i] = slacks[i]
-                total -= mu * work.shares[i] * math.log(slacks[i])
+                total -= work.weights[i] * math.log(slacks[i])
         if work.active[point, THRUST_SLACKS]:
             total += model.fitness.thrust_weight * x[point, 3]
     result: float = total
@@ -288,23 +224,21 @@ def _barrier(model: SearchModel, points: SwingPoints, mu: float, work: _Work, x:
 @inlined
 def _differentiate(model: SearchModel, points: SwingPoints, mu: float, work: _Work, x: Array) -> None:
     """Compute gradient and Hessian of the barrier function."""
-    gradient, band, slacks, jacobian = work.gradient, work.band, work.slacks, work.jacobian
+    gradient, band, (slacks, jacobian, curvature) = work.gradient, work.band, work.here
     gradient[:] = 0.0
     band[:, :] = 0.0
     weight = model.fitness.smoothness_weight
     for point in range(len(x)):
         stance, row = stance_at(model, points, point), point * UNKNOWNS
-        fill_jacobian(
-            model, stance, mu, work.shares, work.active[point], x[point], slacks, jacobian, work.curvature
-        )
+        differentiate_slacks(model, stance, work.weights, work.active[point], x[point], work.here)
         for a in range(3):
             for b in range(a + 1):
-                band[row + a, a - b] += work.curvature[a, b]
+                band[row + a, a - b] += curvature[a, b]
         work.coms[point] = jacobian[COM_X:FILLED]
         work.coms[point, :, 3] = slacks[COM_X:FILLED]
         for i in range(SLACKS):
             if work.active[point, i]:
-                pull = mu * work.shares[i] / slacks[i]
+                pull = work.weights[i] / slacks[i]
                 stiffness = pull / slacks[i]
                 for a in range(UNKNOWNS):
                     gradient[row + a] -= pull * jacobian[i, a]

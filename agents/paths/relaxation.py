@@ -10,13 +10,14 @@ import math
 
 import numpy as np
 
-from agents.path_cost import FAR, SearchModel, SwingPoints, stance_at
+from agents.paths.cost import FAR, SearchModel, SwingPoints, stance_at
 from jet_gym.arrays import Array
 from jet_gym.balance import Stance
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.kinematics import within_limits
 from jet_gym.leg import Leg, Vector
 from jet_gym.posture_state import posture_at
+from jet_gym.single_support import straight_length
 
 _BLOCK = 64  # postures whose relaxed cost is computed side by side
 _JOINT_ARM = 0.15  # [m] a pelvis that is off by this times an angle turns some joint by about that angle
@@ -25,9 +26,9 @@ _JOINT_ARM = 0.15  # [m] a pelvis that is off by this times an angle turns some 
 def with_wider_joints(model: SearchModel, relaxation: float) -> SearchModel:
     """Return a model whose joint limits are relaxed by a distance [m] of the pelvis."""
     angle = relaxation / _JOINT_ARM
-    return model._replace(
-        swing_leg=_widened(model.swing_leg, angle), support_leg=_widened(model.support_leg, angle)
-    )
+    robot = model.robot
+    swing_leg, support_leg = _widened(robot.swing_leg, angle), _widened(robot.support_leg, angle)
+    return model._replace(robot=robot._replace(swing_leg=swing_leg, support_leg=support_leg))
 
 
 def _widened(leg: Leg, angle: float) -> Leg:
@@ -58,8 +59,8 @@ def relaxed_costs(model: SearchModel, stance: Stance, relaxation: float, candida
 
 @inlined
 def _relaxed_cost(model: SearchModel, stance: Stance, relaxation: float, pelvis: Vector) -> float:
-    balance, fitness = model.balance, model.fitness
-    state = posture_at(model.swing_leg, model.support_leg, model.trunk, balance, stance, pelvis)
+    swing_leg, support_leg, _, _, balance = model.robot
+    fitness, state = model.fitness, posture_at(model.robot, stance, pelvis)
     com_x, com_y, _ = state.center_of_mass
     zx, zy = stance.assigned_zmp
     ux, uy = com_x - zx, com_y - zy
@@ -79,8 +80,8 @@ def _relaxed_cost(model: SearchModel, stance: Stance, relaxation: float, pelvis:
     on_foot = on_foot & (state.zmp[1] >= y_min - 2.0 * relaxation) & (state.zmp[1] <= y_max + 2.0 * relaxation)
 
     reachable = state.out_of_reach <= relaxation
-    in_limits = within_limits(model.swing_leg, state.swing_cosines, state.swing_sines)
-    in_limits = in_limits & within_limits(model.support_leg, state.support_cosines, state.support_sines)
+    in_limits = within_limits(swing_leg, state.swing_cosines, state.swing_sines)
+    in_limits = in_limits & within_limits(support_leg, state.support_cosines, state.support_sines)
     f1 = 0.0 if reachable & in_limits else fitness.joint_limit_penalty
     f2 = 0.0 if reachable & in_polygon else fitness.edge_penalty
     f4 = fitness.thrust_weight * thrust if reachable & thrust_given else fitness.thrust_penalty
@@ -101,8 +102,8 @@ def reach_boxes(model: SearchModel, points: SwingPoints, relaxation: float, boxe
     for point in range(len(points.soles)):
         stance = stance_at(model, points, point)
         boxes[point, 0, :], boxes[point, 1, :] = -FAR, FAR
-        _cut(boxes[point], model.swing_leg, stance, stance.swing_ankle, relaxation)
-        _cut(boxes[point], model.support_leg, stance, stance.support_ankle, relaxation)
+        _cut(boxes[point], model.robot.swing_leg, stance, stance.swing_ankle, relaxation)
+        _cut(boxes[point], model.robot.support_leg, stance, stance.support_ankle, relaxation)
 
 
 @inlined
@@ -114,9 +115,7 @@ def _cut(box: Array, leg: Leg, stance: Stance, ankle: Vector, relaxation: float)
         ankle[1] - s * hip[0] - c * hip[1],
         ankle[2] - hip[2],
     )
-    thigh = np.sqrt(leg.thigh[0] ** 2 + leg.thigh[1] ** 2 + leg.thigh[2] ** 2)
-    shank = np.sqrt(leg.shank[0] ** 2 + leg.shank[1] ** 2 + leg.shank[2] ** 2)
-    reach = thigh + shank + relaxation
+    reach = straight_length(leg) + relaxation
     for axis in range(3):
         box[0, axis] = max(box[0, axis], centre[axis] - (reach if axis < 2 else 0.0))
         box[1, axis] = min(box[1, axis], centre[axis] + reach)

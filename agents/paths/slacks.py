@@ -9,23 +9,26 @@ is kept, so that the Hessian of the logarithms' sum is positive definite.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.linear_algebra import make_positive
-from agents.path_cost import SearchModel
+from agents.paths.cost import SearchModel
+from agents.paths.linear_algebra import make_positive
 from jet_gym.arrays import Array
 from jet_gym.balance import Stance, edge_vectors, zmp_of
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.kinematics import from_middle
-from jet_gym.leg import Leg, Vector
+from jet_gym.leg import Leg, Six, Vector
 from jet_gym.posture_state import posture_at
+from jet_gym.single_support import hip_from_ankle
 
 # Where the slacks of each kind begin, and how many slacks there are; behind them stands the centre of mass.
 EDGE_SLACKS, THRUST_SLACKS, ZMP_SLACKS, REACH_SLACKS, JOINT_SLACKS, SLACKS = 0, 2, 5, 9, 11, 23
 COM_X, COM_Y, FILLED = 23, 24, 25
 UNKNOWNS = 4  # pelvis and bound on the thrust
+_KNEE = 3
 _SHORTEST_STEP, _LONGEST_STEP, _THRUST_STEP = 2e-9, 1e-6, 1e-6  # [m], [m], [N] of the differences
 
 
@@ -36,9 +39,9 @@ def fill_slacks(model: SearchModel, stance: Stance, x: Array, slacks: Array) -> 
     Returns:
         The thrust that the posture takes [N], and the violated constraints as flags.
     """
-    balance = model.balance
-    bound = x[3]
-    state = posture_at(model.swing_leg, model.support_leg, model.trunk, balance, stance, (x[0], x[1], x[2]))
+    swing_leg, support_leg, _, _, balance = model.robot
+    pelvis, bound = (x[0], x[1], x[2]), x[3]
+    state = posture_at(model.robot, stance, pelvis)
     com_x, com_y, _ = state.center_of_mass
     slacks[COM_X], slacks[COM_Y] = com_x, com_y
     sine, cosine, _ = edge_vectors(stance, com_x, com_y)
@@ -57,21 +60,20 @@ def fill_slacks(model: SearchModel, stance: Stance, x: Array, slacks: Array) -> 
     slacks[ZMP_SLACKS + 1] = stance.support[1] - margin - zmp_x
     slacks[ZMP_SLACKS + 2] = zmp_y - stance.support[2] - margin
     slacks[ZMP_SLACKS + 3] = stance.support[3] - margin - zmp_y
-    slacks[REACH_SLACKS] = _reach_left(model.swing_leg, stance, stance.swing_ankle, x)
-    slacks[REACH_SLACKS + 1] = _reach_left(model.support_leg, stance, stance.support_ankle, x)
-    for joint in range(6):
-        leg = model.swing_leg
-        cosine, _ = from_middle(leg, joint, state.swing_cosines[joint], state.swing_sines[joint])
-        slacks[JOINT_SLACKS + joint] = cosine - leg.range_half_cosines[joint]
-        leg = model.support_leg
-        cosine, _ = from_middle(leg, joint, state.support_cosines[joint], state.support_sines[joint])
-        slacks[JOINT_SLACKS + 6 + joint] = cosine - leg.range_half_cosines[joint]
-    knee = 3
-    slacks[JOINT_SLACKS + knee] = _knee_left(model.swing_leg, state.swing_cosines[knee], state.swing_sines[knee])
-    slacks[JOINT_SLACKS + 6 + knee] = _knee_left(
-        model.support_leg, state.support_cosines[knee], state.support_sines[knee]
-    )
+    slacks[REACH_SLACKS] = _reach_left(swing_leg, stance, stance.swing_ankle, pelvis)
+    slacks[REACH_SLACKS + 1] = _reach_left(support_leg, stance, stance.support_ankle, pelvis)
+    _fill_joints(swing_leg, state.swing_cosines, state.swing_sines, slacks[JOINT_SLACKS:])
+    _fill_joints(support_leg, state.support_cosines, state.support_sines, slacks[JOINT_SLACKS + 6 :])
     return state.thrust, state.violations
+
+
+@inlined
+def _fill_joints(leg: Leg, cosines: Six, sines: Six, slacks: Array) -> None:
+    """Compute what is left of the ranges of a leg's joints, in cosines."""
+    for joint in range(6):
+        cosine, _ = from_middle(leg, joint, cosines[joint], sines[joint])
+        slacks[joint] = cosine - leg.range_half_cosines[joint]
+    slacks[_KNEE] = _knee_left(leg, cosines[_KNEE], sines[_KNEE])
 
 
 @inlined
@@ -84,7 +86,7 @@ def _knee_left(leg: Leg, cosine: float, sine: float) -> float:
         leg.thigh[0] * leg.shank[2] - leg.thigh[2] * leg.shank[0],
         leg.thigh[0] * leg.shank[0] + leg.thigh[2] * leg.shank[2],
     )
-    ends = leg.knee_direction * (leg.lower[3] - straight), leg.knee_direction * (leg.upper[3] - straight)
+    ends = leg.knee_direction * (leg.lower[_KNEE] - straight), leg.knee_direction * (leg.upper[_KNEE] - straight)
     least, most = min(ends[0], ends[1]), min(max(ends[0], ends[1]), math.pi)
     cos_flexion = cosine * math.cos(straight) + sine * math.sin(straight)
     left = cos_flexion - math.cos(most)
@@ -92,11 +94,9 @@ def _knee_left(leg: Leg, cosine: float, sine: float) -> float:
 
 
 @inlined
-def _reach_left(leg: Leg, stance: Stance, ankle: Vector, x: Array) -> float:
+def _reach_left(leg: Leg, stance: Stance, ankle: Vector, pelvis: Vector) -> float:
     """Return how far a leg is from being straight, or its ankle from the hip's side, whichever is nearer [m]."""
-    dx = x[0] + stance.cos_yaw * leg.hip[0] - stance.sin_yaw * leg.hip[1] - ankle[0]
-    dy = x[1] + stance.sin_yaw * leg.hip[0] + stance.cos_yaw * leg.hip[1] - ankle[1]
-    dz = x[2] + leg.hip[2] - ankle[2]
+    dx, dy, dz = hip_from_ankle(leg, stance, ankle, pelvis)
     lateral = leg.shank[1]
     aside = dy * dy + dz * dz - lateral * lateral
     thigh = math.sqrt(leg.thigh[0] ** 2 + leg.thigh[2] ** 2)
@@ -107,32 +107,38 @@ def _reach_left(leg: Leg, stance: Stance, ankle: Vector, x: Array) -> float:
     return left
 
 
+class Derivatives(NamedTuple):
+    """What is left of the constraints at a swing point, and how it varies."""
+
+    slacks: Array  # (FILLED,) the slacks, and the centre of mass's x and y
+    jacobian: Array  # (FILLED, UNKNOWNS)
+    curvature: Array  # (3, 3) that the logarithms of the slacks give the barrier, in the pelvis
+
+
 @inlined
-def fill_jacobian(
+def differentiate_slacks(
     model: SearchModel,
     stance: Stance,
-    mu: float,
-    shares: Array,
+    weights: Array,
     active: NDArray[np.bool_],
     x: Array,
-    slacks: Array,
-    jacobian: Array,
-    curvature: Array,
+    found: Derivatives,
 ) -> None:
-    """Compute the slacks, their derivatives (slack, unknown) and the curvature (3, 3) that they give the barrier.
+    """Compute the slacks and their derivatives, weighted as their logarithms are (SLACKS,) in the barrier.
 
     All by central differences. Where a leg is nearly straight, the centre of mass varies with the square root of
     what is left of its reach, so that the step of the differences has to be less than that.
     """
+    slacks, jacobian, curvature = found
     fill_slacks(model, stance, x, slacks)
     left = min(slacks[REACH_SLACKS], slacks[REACH_SLACKS + 1]) if active[REACH_SLACKS] else _LONGEST_STEP
     size = min(max(0.02 * left, _SHORTEST_STEP), _LONGEST_STEP)
-    there, shifted, weights = np.empty(UNKNOWNS), np.empty(len(slacks)), np.zeros(SLACKS)
+    there, shifted, pulls = np.empty(UNKNOWNS), np.empty(len(slacks)), np.zeros(SLACKS)
     middle = 0.0
     for i in range(SLACKS):
         if active[i]:
-            weights[i] = mu * shares[i] / slacks[i]
-            middle += mu * shares[i]
+            pulls[i] = weights[i] / slacks[i]
+            middle += weights[i]
     there[:] = x
     for a in range(UNKNOWNS):
         step = size if a < 3 else _THRUST_STEP
@@ -143,7 +149,7 @@ def fill_jacobian(
             for i in range(len(slacks)):
                 jacobian[i, a] = (jacobian[i, a] if sign < 0.0 else 0.0) + sign * shifted[i] / (2.0 * step)
             for i in range(SLACKS):
-                second += weights[i] * shifted[i] if active[i] else 0.0
+                second += pulls[i] * shifted[i] if active[i] else 0.0
         there[a] = x[a]
         if a < 3:
             curvature[a, a] = -second / (size * size)
@@ -154,7 +160,7 @@ def fill_jacobian(
                 there[a], there[b] = x[a] + sign * size, x[b] + sign * size
                 fill_slacks(model, stance, there, shifted)
                 for i in range(SLACKS):
-                    second += weights[i] * shifted[i] if active[i] else 0.0
+                    second += pulls[i] * shifted[i] if active[i] else 0.0
             there[a], there[b] = x[a], x[b]
             curvature[a, b] = 0.5 * (-second / (size * size) - curvature[a, a] - curvature[b, b])
             curvature[b, a] = curvature[a, b]

@@ -21,10 +21,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.path_cost import FAR, SearchModel, SwingPoints, exact_costs, stance_at
+from agents.paths.cost import FAR, SearchModel, SwingPoints, exact_costs, stance_at
 from jet_gym.arrays import Array
 from jet_gym.balance import Stance
 from jet_gym.compilation import entry_point, inlined
+from jet_gym.edge_polygon import along_and_aside, edge_axis, half_width
 from jet_gym.errors import require_whole, require_within
 from jet_gym.leg import Vector
 from jet_gym.posture_state import posture_at
@@ -149,8 +150,7 @@ def _differentiate(model: SearchModel, points: SwingPoints, path: Array, derivat
 @entry_point  # too long to be inlined five times
 def _center_of_mass(model: SearchModel, stance: Stance, pelvis: Vector) -> Vector:
     """Return the centre of mass [m]."""
-    state = posture_at(model.swing_leg, model.support_leg, model.trunk, model.balance, stance, pelvis)
-    return state.center_of_mass
+    return posture_at(model.robot, stance, pelvis).center_of_mass
 
 
 @inlined
@@ -168,16 +168,12 @@ def _surround(
         stance, d = stance_at(model, points, point), derivatives[point]
         x, y, z = path[point, 0], path[point, 1], path[point, 2]
         com = _center_of_mass(model, stance, (x, y, z))
-        tip_x, tip_y = stance.assigned_zmp
-        ax, ay = stance.swing_ankle[0] - tip_x, stance.swing_ankle[1] - tip_y
-        length = max(math.sqrt(ax * ax + ay * ay), _TIP)
-        ax, ay = ax / length, ay / length
-        along = (com[0] - tip_x) * ax + (com[1] - tip_y) * ay
-        aside = (com[1] - tip_y) * ax - (com[0] - tip_x) * ay
+        axis, slope = edge_axis(stance), model.robot.balance.edge_slope
+        along, aside = along_and_aside(axis, com[0], com[1])
         determinant = d[0, 0] * d[1, 1] - d[0, 1] * d[1, 0]
         steepest = max(abs(d[0, 2]), abs(d[1, 2]))
         directed = (along > _TIP) & (determinant > _LEAST_DETERMINANT) & (steepest < _STEEPEST)
-        inside = _half_width(model, length, along)
+        inside = half_width(slope, axis, along)
         for i in range(cloud.shape[1]):
             dx, dy, dz = cloud[0, i], cloud[1, i], cloud[2, i]
             if 1 <= i <= len(heights):
@@ -185,14 +181,14 @@ def _surround(
             if directed and i > 0:
                 # No move goes beyond the tip, and what the centre of mass is aside shrinks with the wedge.
                 new_along = along + dx if dx > 0.0 else along * math.exp(dx / along)
-                width = max(_half_width(model, length, new_along), _TIP)
+                width = max(half_width(slope, axis, new_along), _TIP)
                 new_aside = aside * new_along / along
                 if abs(aside) > inside:
                     new_aside = min(max(new_aside, -_INSIDE * width), _INSIDE * width)
                 widest = _ASIDE * width
                 new_aside += dy * widest / math.sqrt(widest * widest + dy * dy)
-                com_x = (new_along - along) * ax - (new_aside - aside) * ay - d[0, 2] * dz
-                com_y = (new_along - along) * ay + (new_aside - aside) * ax - d[1, 2] * dz
+                com_x = (new_along - along) * axis.x - (new_aside - aside) * axis.y - d[0, 2] * dz
+                com_y = (new_along - along) * axis.y + (new_aside - aside) * axis.x - d[1, 2] * dz
                 dx = (d[1, 1] * com_x - d[0, 1] * com_y) / determinant
                 dy = (d[0, 0] * com_y - d[1, 0] * com_x) / determinant
             candidates[point, 0, i], candidates[point, 1, i], candidates[point, 2, i] = x + dx, y + dy, z + dz
@@ -218,12 +214,6 @@ def _smooth(values: Array, smoother: Array) -> None:
                 found[i] += found[i - 1] / pivots[i - 1]
         for i in range(count - 1, -1, -1):
             found[i] = (found[i] + (found[i + 1] if i + 1 < count else 0.0)) / pivots[i]
-
-
-@inlined
-def _half_width(model: SearchModel, length: float, along: float) -> float:
-    """Return half the width [m] of the edge polygon at a distance [m] from its tip; it is ``length`` [m] long."""
-    return model.balance.edge_slope * along * (length - along) / length
 
 
 @inlined
@@ -261,8 +251,6 @@ def violates(model: SearchModel, points: SwingPoints, path: Array) -> bool:
     """Tell whether any posture of a path (N, 3) [m] violates a constraint."""
     for point in range(len(path)):
         pelvis = (path[point, 0], path[point, 1], path[point, 2])
-        stance = stance_at(model, points, point)
-        state = posture_at(model.swing_leg, model.support_leg, model.trunk, model.balance, stance, pelvis)
-        if state.violations != 0:
+        if posture_at(model.robot, stance_at(model, points, point), pelvis).violations != 0:
             return True
     return False

@@ -7,7 +7,7 @@ convolution each (Felzenszwalb and Huttenlocher, "Distance transforms of sampled
 of two swing points need not be alike: each is the product of three sorted lines of coordinates.
 
 A coarse lattice steps over feasible sets that are thinner than its spacing; so its costs can be relaxed
-(:mod:`agents.relaxation`).
+(:mod:`agents.paths.relaxation`).
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.path_cost import FAR, SearchModel, SwingPoints, exact_costs, stance_at
-from agents.relaxation import relaxed_costs
+from agents.paths.cost import FAR, SearchModel, SwingPoints, exact_costs, stance_at
+from agents.paths.relaxation import relaxed_costs
 from jet_gym.arrays import Array
 from jet_gym.compilation import entry_point, inlined
 

@@ -12,14 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from jet_gym.arrays import Array
-from jet_gym.balance import BalanceParameters, BalanceSettings, Stance, stance_of
+from jet_gym.balance import BalanceSettings, Stance
 from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import ZMP
 from jet_gym.fitness import FitnessParameters, FitnessSettings
-from jet_gym.leg import Leg, Vector
-from jet_gym.posture import swing_and_support
+from jet_gym.leg import Vector
 from jet_gym.posture_state import fitness_of_candidates
-from jet_gym.robot import Trunk
+from jet_gym.single_support import SingleSupport, single_support, stance_between
 from jet_gym.step import Step
 
 FAR = 1e300  # the cost of what cannot be reached
@@ -29,11 +28,7 @@ _ROUNDING = 1e-9  # [m] of a distance that is compared with the search range
 class SearchModel(NamedTuple):
     """The robot and what is minimised, in numbers that compiled code takes by value."""
 
-    swing_leg: Leg
-    support_leg: Leg
-    trunk: Trunk
-    side: float  # +1 where the left leg swings, -1 where the right one does
-    balance: BalanceParameters
+    robot: SingleSupport
     fitness: FitnessParameters
     zmp_penalty: float  # for a ZMP outside of the support foot, eq. (11)
     search_range: float  # [m] eq. (13)
@@ -67,18 +62,9 @@ def search_of_step(
         search_range: Largest move of the pelvis between two swing points, per axis [m], eq. (13).
         zmp_penalty: What a ZMP outside of the support foot costs.
     """
-    swing_leg, support_leg, side = swing_and_support(step.robot, step.swing)
+    robot = single_support(step.robot, step.swing, balance)
     x, y, z = step.nominal_pelvis.tolist()
-    model = SearchModel(
-        swing_leg,
-        support_leg,
-        step.robot.trunk,
-        side,
-        balance.parameters(step.robot),
-        fitness.parameters(),
-        zmp_penalty,
-        search_range,
-    )
+    model = SearchModel(robot, fitness.parameters(), zmp_penalty, search_range)
     return model, SwingPoints(step.swing_sole, step.support, (x, y, z), first_range)
 
 
@@ -86,9 +72,7 @@ def search_of_step(
 def stance_at(model: SearchModel, points: SwingPoints, point: int) -> Stance:
     """Return the stance at a swing point."""
     sole = (points.soles[point, 0], points.soles[point, 1], points.soles[point, 2])
-    return stance_of(
-        model.swing_leg, model.support_leg, model.side, model.balance.zmp_margin, sole, points.support_sole
-    )
+    return stance_between(model.robot, sole, points.support_sole)
 
 
 @entry_point
@@ -97,10 +81,7 @@ def exact_costs(model: SearchModel, stance: Stance, candidates: Array, costs: Ar
     p = model.fitness
     without_f3 = FitnessParameters(0.0, p.joint_limit_penalty, p.edge_penalty, p.thrust_penalty, p.thrust_weight)
     violations = np.empty(candidates.shape[1], np.int64)
-    fitness_of_candidates(
-        model.swing_leg, model.support_leg, model.trunk, model.balance, without_f3, stance,
-        (0.0, 0.0, 0.0), candidates, costs, violations,
-    )  # fmt: skip
+    fitness_of_candidates(model.robot, without_f3, stance, (0.0, 0.0, 0.0), candidates, costs, violations)
     for i in range(len(costs)):
         costs[i] += model.zmp_penalty if violations[i] & ZMP else 0.0
 
