@@ -14,8 +14,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from time import process_time
 from typing import Any, Literal
@@ -32,6 +31,7 @@ from jet_gym.plan import Plan
 from jet_gym.progress import Progress
 from jet_gym.statistics import STATISTICS, Interval, bootstrap_steps, improvement
 from jet_gym.step import Step
+from jet_gym.threads import one_core
 
 REFERENCE = "optimal"
 RIVAL = "gas"
@@ -262,7 +262,7 @@ def _measure_times(
     """Return processor times a swing point [ms]: (timed steps, 1), and in a batch of all steps (1, 1)."""
     planners = {name: settings.make(name) for name in names}
     times: dict[str, list[list[float]]] = {name: [] for name in names}
-    with _one_core():
+    with one_core():
         for planner in planners.values():
             planner.plan(steps[0])
         for done, step in enumerate(steps[:timed], start=1):
@@ -280,20 +280,6 @@ def _measure_times(
                 batch = 1e3 * (process_time() - started) / points
                 found[name]["ms_per_point_in_batch"] = np.array([[batch]])
     return found
-
-
-@contextmanager
-def _one_core() -> Iterator[None]:
-    """Keep to one core, where the system lets a process choose."""
-    if not hasattr(os, "sched_setaffinity"):
-        yield
-        return
-    before = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, {min(before)})
-    try:
-        yield
-    finally:
-        os.sched_setaffinity(0, before)
 
 
 def _interval_dict(interval: Interval) -> dict[str, Any]:

@@ -151,13 +151,12 @@ class PolicyPlanner(BatchPlanner):
     def _balanced(self, steps: Sequence[Step], paths: Sequence[Array]) -> list[Array]:
         """Return paths near those given that choose the same thrusts, places across and heights."""
         task = self.task
-        longest = max(len(path) for path in paths)
-        padded = np.stack([np.pad(path, ((0, longest - len(path)), (0, 0)), mode="edge") for path in paths], axis=1)
+        targets = side_by_side(paths)
 
         def act(lanes: Lanes, seen: NDArray[np.float32], acting: NDArray[np.int64]) -> NDArray[np.float32]:
             points = lanes.point[acting].astype(np.int64)
             reach = np.where(points == 0, task.settings.first_range, task.settings.later_range)
-            wanted = (padded[points, acting] - lanes.pelvis[acting]) / reach[:, None]
+            wanted = (targets[points, acting] - lanes.pelvis[acting]) / reach[:, None]
             wanted[:, 1] *= lanes.side[acting]
             return task.actions_of_choices(seen, task.choices_of_actions(seen, wanted))
 
@@ -219,6 +218,13 @@ class RefinedPolicyPlanner(PolicyPlanner):
 
     refine: int = RefinementSettings.candidates
     name: ClassVar[str] = "policy+refine"
+
+
+def side_by_side(paths: Sequence[Array]) -> Array:
+    """Return paths (N, 3) of different lengths as one array (longest, paths, 3); each stays where it ends."""
+    longest = max(len(path) for path in paths)
+    padded = [np.pad(path, ((0, longest - len(path)), (0, 0)), mode="edge") for path in paths]
+    return np.stack(padded, axis=1)
 
 
 def _resampled(path: Array, points: int) -> Array:

@@ -15,9 +15,9 @@ from rich.table import Table
 from rich.text import Text
 
 from agents.studies.off_the_shelf import missing_note
-from agents.studies.race import take_one_core
 from jet_gym.files import check_writable, write_whole
 from jet_gym.machine import machine
+from jet_gym.threads import one_core
 
 _PREFIXES = {-5: "f", -4: "p", -3: "n", -2: "µ", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}
 
@@ -164,8 +164,8 @@ def command_line(description: str, *benchmarks: Callable[[int], Report]) -> None
     try:
         for path in filter(None, (arguments.json, arguments.page)):
             check_writable(path)
-        take_one_core()
-        reports = [benchmark(arguments.rounds) for benchmark in benchmarks]
+        with one_core():
+            reports = [benchmark(arguments.rounds) for benchmark in benchmarks]
         show(reports)
         write(reports, arguments.json, arguments.page)
     except OSError as error:

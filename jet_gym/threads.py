@@ -1,10 +1,11 @@
-"""Work that is divided among threads: compiled code lets go of Python's lock."""
+"""Cores: work divided among threads, as compiled code lets go of Python's lock, and work that keeps to one."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
 from typing import TypeVar
 
 from jet_gym.progress import Progress
@@ -15,6 +16,20 @@ Share = TypeVar("Share")
 def available_cores() -> int:
     """Return how many cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def one_core() -> Iterator[None]:
+    """Keep this process to one core, where the system lets it choose, so that times compare."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(before)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
 
 
 def for_each(

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from jet_gym.threads import available_cores, for_each
+from jet_gym.threads import available_cores, for_each, one_core
 
 
 def test_each_share_is_done_once_and_counted() -> None:
@@ -66,3 +66,10 @@ def test_ctrl_c_ends_the_work() -> None:
     with pytest.raises(KeyboardInterrupt):
         for_each(work, range(5_000), threads=2, progress=interrupt)
     assert len(done) < 4_000
+
+
+def test_one_core_is_kept_to_and_all_are_given_back() -> None:
+    before = available_cores()
+    with one_core():
+        assert available_cores() == 1
+    assert available_cores() == before

@@ -8,7 +8,6 @@ clock is fine enough it counts processor time, which stands still while another 
 from __future__ import annotations
 
 import gc
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from statistics import median
@@ -50,12 +49,6 @@ class Timing:
     ratio: float
     lowest: float
     highest: float
-
-
-def take_one_core() -> None:
-    """Stay on one core from here on, where the system lets a process choose."""
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
 def race(contestants: Sequence[Contestant], rounds: int = 15, least_duration: float = 0.02) -> list[Timing]:

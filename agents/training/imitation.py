@@ -26,6 +26,7 @@ from agents.paths.barrier import polish, shares_of_mu
 from agents.paths.bring_inside import bring_inside
 from agents.paths.cost import cost_of_path, search_of_step
 from agents.planner import make_planner
+from agents.policy import side_by_side
 from agents.sb3_policy import ThrustPolicy
 from agents.training.validation import drawn_steps
 from jet_gym.arrays import Array
@@ -210,12 +211,11 @@ class Imitation:
         lanes, transition, seen = Lanes(count), Transition(count), task.empty_observations(count)
         for lane, number in enumerate(chosen):
             lanes.begin(np.array([lane]), self._steps[number])
-        longest = int(lanes.points.max())
-        targets = np.stack([_extended(self._paths[number], longest) for number in chosen], axis=1)
+        targets = side_by_side([self._paths[number] for number in chosen])
         mirror = np.stack([np.ones(count), lanes.side, np.ones(count)], axis=1)
         led_by_expert = random.random(count) < share_of_expert
         labelled: list[Labelled] = []
-        for point in range(longest):
+        for point in range(len(targets)):
             acting = np.flatnonzero(lanes.points > point)
             reach = task.settings.first_range if point == 0 else task.settings.later_range
             task.observe(lanes, acting, seen)
@@ -274,8 +274,3 @@ class Imitation:
             self._optimizer.step()
             total += float(error.detach().abs().mean()) * len(chosen)
         return total / max(len(order), 1) if math.isfinite(total) else math.nan
-
-
-def _extended(path: Array, length: int) -> Array:
-    """Return a path that stays where it ends, up to a length."""
-    return np.concatenate([path, np.repeat(path[-1:], length - len(path), axis=0)])

@@ -22,6 +22,7 @@ TITLES = {  # of a layer, by its first module
     "jet_gym.envs": "environments",
     "jet_gym.simulation": "simulation",
     "agents.planner": "planners",
+    "agents.paths": "paths over a step",
     "jet_gym.task": "the task",
     "jet_gym.plan": "plans and balance space",
     "jet_gym.posture": "posture and fitness",
