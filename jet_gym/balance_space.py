@@ -26,10 +26,10 @@ from jet_gym.balance import BalanceSettings
 from jet_gym.balance_exhaustion import NEVER, Exploration, explore_columns
 from jet_gym.errors import require_within
 from jet_gym.files import read_arrays, write_whole_with
-from jet_gym.leg import Side, Six, Vector, six
+from jet_gym.leg import Side, Six, Vector, opposite, six
 from jet_gym.progress import Progress
 from jet_gym.robot import Robot, jet_hr1
-from jet_gym.single_support import single_support, swing_and_support
+from jet_gym.single_support import single_support
 from jet_gym.step import Step
 from jet_gym.threads import for_each
 
@@ -295,7 +295,7 @@ def _places(robot: Robot, support: Vector, resolution: float, lowest: float) -> 
 
 def _overlap(robot: Robot, swing: Side, away: Array) -> NDArray[np.bool_]:
     """Tell where the swing sole, ``away`` (N, 2) [m] from the support sole, would stand on it."""
-    swing_leg, support_leg, _ = swing_and_support(robot, swing)
+    swing_leg, support_leg = robot.leg(swing), robot.leg(opposite(swing))
     overlaps = np.ones(len(away), dtype=np.bool_)
     for axis in range(2):
         a_low, a_high = swing_leg.sole_rectangle[2 * axis : 2 * axis + 2]
