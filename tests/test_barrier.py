@@ -10,7 +10,7 @@ from agents.paths.barrier import polish, shares_of_mu
 from agents.paths.bring_inside import bring_inside
 from agents.paths.cost import cost_of_path, search_of_step, stance_at
 from agents.paths.linear_algebra import make_positive, solve_banded
-from agents.paths.slacks import FILLED, SLACKS, fill_slacks
+from agents.paths.slacks import FILLED, REACH_SLACKS, SLACKS, ZMP_SLACKS, fill_slacks
 from jet_gym.balance import BalanceSettings, ThrustModel
 from jet_gym.fitness import FitnessSettings
 from jet_gym.posture import evaluate_postures
@@ -48,17 +48,22 @@ def test_slacks_are_positive_where_the_constraints_hold_and_there_alone(thrust_m
     model, points = search_of_step(STEP, balance, FitnessSettings())
     planned = make_planner("gas", balance=balance).plan(STEP).pelvis
     generator, seen = np.random.default_rng(2), set()
+    margin = balance.zmp_margin if thrust_model == "least" else 0.0
+    x_min, x_max, y_min, y_max = STEP.robot.right.sole_rectangle
     for point in range(STEP.points):
         stance = stance_at(model, points, point)
         clouds = [planned[point] + generator.normal(scale=scale, size=(60, 3)) for scale in (5e-4, 5e-3, 5e-2)]
         pelvis = np.concatenate(clouds)
         found = evaluate_postures(STEP.robot, "left", STEP.swing_sole[point], STEP.support, pelvis, balance)
-        for place, flags, thrust in zip(pelvis, found.violations, found.thrust, strict=True):
+        for place, flags, thrust, zmp in zip(pelvis, found.violations, found.thrust, found.zmp, strict=True):
             slacks = np.empty(FILLED)
             asked, violations = fill_slacks(model, stance, np.array([*place, thrust + 1e-9]), slacks)
             assert (violations, asked) == (flags, pytest.approx(thrust, abs=1e-12))
             if thrust + 1e-9 > 1e-8:  # where it is idle, the bound itself is on its limit
                 assert (slacks[:SLACKS] > -1e-12).all() == (flags == 0)
+            x, y = zmp - STEP.support[:2]
+            room = np.array([x - x_min, x_max - x, y - y_min, y_max - y]) - margin
+            np.testing.assert_allclose(slacks[ZMP_SLACKS:REACH_SLACKS], room, atol=1e-7)
             seen.add(int(flags))
     assert len(seen) > 3
     assert 0 in seen
