@@ -21,6 +21,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import ClassVar
@@ -40,7 +41,6 @@ from jet_gym.errors import require_seed, require_whole, require_within
 from jet_gym.plan import Plan
 from jet_gym.progress import Progress
 from jet_gym.step import Step
-from jet_gym.threads import for_each
 
 _INSIDE = 1e-7  # [m] that lattices keep from the edges of the search ranges, so that a path can be polished
 _MU = (1.0, 0.1, 10.0)  # where the interior-point method begins, in turns
@@ -159,11 +159,15 @@ class OptimalPlanner(Planner):
         """
         _warm_up()  # here, where Ctrl-C ends what compiles; a thread would have to be waited for
         plans: dict[int, Plan] = {}
-
-        def plan(number: int) -> None:
-            plans[number] = self.plan(steps[number])
-
-        for_each(plan, range(len(steps)), max(threads, 1), progress)
+        pool = ThreadPoolExecutor(max(threads, 1))
+        try:
+            jobs = {pool.submit(self.plan, step): number for number, step in enumerate(steps)}
+            for job in as_completed(jobs):
+                plans[jobs[job]] = job.result()
+                if progress is not None:
+                    progress(len(plans), len(steps))
+        finally:
+            pool.shutdown(cancel_futures=True)
         return [plans[number] for number in range(len(steps))]
 
 
