@@ -1,6 +1,6 @@
 """A model of yours against GAS on the same random steps; here yours is "stay where you are".
 
-With Stable-Baselines3: from stable_baselines3 import PPO; predict = lambda o: PPO.load("mine").predict(o, True)[0]
+With Stable-Baselines3: model = PPO.load("mine"); predict = lambda o: model.predict(o, deterministic=True)[0]
 """
 
 import gymnasium as gym
