@@ -121,6 +121,14 @@ class PolicyNetwork:
                 raise ValueError(f"its part {name!r} holds no real numbers")
         arrays = {name: np.asarray(array, dtype=np.float32) for name, array in content.items()}
         layers = tuple((arrays[f"weights_{i}"], arrays[f"biases_{i}"]) for i in range(depth))
+        for i, (weights, biases) in enumerate(layers):
+            if weights.ndim != 2 or biases.shape != weights.shape[:1]:
+                raise ValueError(
+                    f"its weights_{i} of shape {weights.shape} and biases_{i} of {biases.shape} do not fit"
+                )
+        for name in ("center", "scale"):
+            if arrays[name].ndim != 1:
+                raise ValueError(f"its part {name!r} of shape {arrays[name].shape} is no vector")
         return cls(arrays["center"], arrays["scale"], layers, about, about.get("chooses", "pelvis"))
 
     def _arrays(self) -> dict[str, Array32]:
@@ -161,8 +169,10 @@ class PolicyNetwork:
         observed = np.array([LOW, HIGH], dtype=np.float32)
         try:
             with np.errstate(over="raise", invalid="raise", divide="raise"):
-                actions = self.act(observed)
+                outputs = self.outputs(observed)
+                fits = outputs.shape == (len(observed), 3)
+                actions = self.act(observed) if fits else outputs
         except (ValueError, FloatingPointError) as error:
             raise PolicyFileError(f"{name} does not take the observations of {ENVIRONMENT_ID}: {error}") from error
-        if actions.shape != (len(observed), 3) or not np.isfinite(actions).all():
+        if not (fits and np.isfinite(actions).all()):
             raise PolicyFileError(f"{name} does not make the actions of {ENVIRONMENT_ID}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +77,18 @@ def test_a_file_that_does_not_fit_is_refused(
     network.save(tmp_path / "policy.npz")
     damage(tmp_path / "policy.npz", **changes)
     with pytest.raises(PolicyFileError, match=message):
+        PolicyNetwork.load(tmp_path / "policy.npz")
+
+
+@pytest.mark.parametrize("shape", [(3, 1, 1), (2, 3), (0, 1, 1), (8,)])
+@pytest.mark.parametrize("chooses", ["pelvis", "thrust"])
+def test_outputs_of_another_shape_are_refused(
+    network: PolicyNetwork, tmp_path: Path, shape: tuple[int, ...], chooses: Any
+) -> None:
+    weights, _ = network.layers[-1]
+    last = weights, np.zeros(shape, np.float32)
+    replace(network, layers=(*network.layers[:-1], last), chooses=chooses).save(tmp_path / "policy.npz")
+    with pytest.raises(PolicyFileError):
         PolicyNetwork.load(tmp_path / "policy.npz")
 
 
