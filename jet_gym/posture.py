@@ -109,7 +109,7 @@ def evaluate_postures(
         part, size = slice(first, last), last - first
         _fill(numbers, soles[part], supports[part], pelvises[part], blocks.given)
         evaluate_blocks(numbers, blocks)
-        _read(numbers, blocks, directions, rows.part(part))
+        _read(numbers.side, numbers.swing_leg.fan[2], blocks, directions, rows.part(part))
         np.arctan2(directions.sines[:size], directions.cosines[:size], out=angles[part])  # runs in SIMD lanes
     joints = (angles[:, :12] + range_middles(robot)) * axis_signs(robot)
     yaw, edge_angle = (column.reshape(shape) for column in angles[:, 12:].T)
@@ -169,14 +169,14 @@ def _fill(robot: SingleSupport, swing_sole: Array, support_sole: Array, pelvis: 
 
 
 @entry_point
-def _read(robot: SingleSupport, blocks: Blocks, directions: _Directions, rows: _Rows) -> None:
-    """Read postures out of blocks."""
+def _read(side: float, fan_height: float, blocks: Blocks, directions: _Directions, rows: _Rows) -> None:
+    """Read postures out of blocks; the two numbers alone, as to hand a whole robot over takes a while."""
     cosines, sines = directions
     for i in range(len(rows.thrust)):
         block, column = i // BLOCK, i % BLOCK
         found, stance = blocks.found[block], stance_in(blocks.given[block], column)
         for joint in range(12):
-            cosines[i, joint], sines[i, joint] = joint_from_middle(found, column, robot.side > 0.0, joint)
+            cosines[i, joint], sines[i, joint] = joint_from_middle(found, column, side > 0.0, joint)
         cosines[i, 12], sines[i, 12] = stance.cos_yaw, stance.sin_yaw
         undefined = edge_undefined(found[EDGE + 2, column])
         cosines[i, 13] = 1.0 if undefined else found[EDGE + 1, column]
@@ -187,6 +187,6 @@ def _read(robot: SingleSupport, blocks: Blocks, directions: _Directions, rows: _
             rows.zmp[i, axis] = found[FOUND_ZMP + axis, column]
             rows.assigned_zmp[i, axis] = stance.assigned_zmp[axis]
             rows.fan[i, axis] = stance.fan[axis]
-        rows.fan[i, 2] = stance.swing_ankle[2] + robot.swing_leg.fan[2]
+        rows.fan[i, 2] = stance.swing_ankle[2] + fan_height
         for axis in range(3):
             rows.center_of_mass[i, axis] = found[COM + axis, column]
