@@ -152,6 +152,9 @@ class BalanceSpace:
 
     @classmethod
     def _from_arrays(cls, data: dict[str, NDArray[Any]]) -> BalanceSpace:
+        for name in ("support", "resolution", "zmp_margin", "edge_tolerance", "max_thrust"):
+            if data[name].dtype.kind not in "iuf":
+                raise ValueError(f"its part {name!r} must be numbers")
         x, y, z = (float(value) for value in data["support"])
         settings = BalanceSettings(
             thrust_model="least" if str(data["thrust_model"]) == "least" else "assigned",

@@ -130,6 +130,20 @@ def test_another_file_is_refused(tmp_path: Path) -> None:
             BalanceSpace.load(tmp_path / name)
 
 
+@pytest.mark.parametrize(
+    ("name", "value"), [("support", np.ones(3) * 1j), ("resolution", 1j), ("zmp_margin", "0.02")]
+)
+def test_settings_that_are_no_real_numbers_are_refused(
+    name: str, value: object, space: BalanceSpace, tmp_path: Path
+) -> None:
+    space.save(tmp_path / "space.npz")
+    with np.load(tmp_path / "space.npz") as file:
+        content = dict(file) | {name: np.array(value)}
+    np.savez(tmp_path / "space.npz", **content)
+    with pytest.raises(ValueError, match=f"its part '{name}' must be numbers"):
+        BalanceSpace.load(tmp_path / "space.npz")
+
+
 @pytest.mark.parametrize(("resolution", "lowest"), [(0.0, 0.0), (math.nan, 0.0), (1.0, 0.0), (0.1, math.inf)])
 def test_senseless_grids_are_refused(resolution: float, lowest: float) -> None:
     with pytest.raises(SettingsError):

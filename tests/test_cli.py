@@ -80,6 +80,7 @@ def test_plan_of_several_planners_and_motions_names_the_files() -> None:
         (["sweep", "--plot", "picture.doc"], "doc"),
         (["sweep", "--seeds", "0"], "seeds"),
         (["fly"], "No such command"),
+        (["compare", "--planner", "gas", "\n"], "unexpected extra argument"),
     ],
 )
 def test_bad_input_is_one_sentence_and_writes_nothing(

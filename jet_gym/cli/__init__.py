@@ -79,5 +79,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 
 def _fail(sentence: str, code: int = BAD_INPUT) -> int:
-    click.echo(f"jet-gym: {sentence}", err=True)
+    in_one_line = " ".join(
+        line.strip() for line in sentence.splitlines()
+    )  # what the user gave may hold line breaks
+    click.echo(f"jet-gym: {in_one_line}", err=True)
     return code
