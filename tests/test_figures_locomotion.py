@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from legends import legend_texts
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from jet_gym import Step
 from jet_gym.courses import CARTON_HEIGHT, DITCH_SPAN, PAPER
@@ -89,9 +90,17 @@ def test_both_views_draw_the_frames_that_they_name(plan: Plan) -> None:
         assert any(d.shape == (1, 2) and np.allclose(d, plan.assigned_zmp[point]) for d in flat)
 
 
-def test_thrust_arrows_are_as_long_as_their_scale_says(plan: Plan) -> None:
+def test_thrust_arrows_are_as_long_as_their_scale_says(plan: Plan, monkeypatch: pytest.MonkeyPatch) -> None:
+    faces: list[Any] = []
+    draw = Poly3DCollection.set_verts
+
+    def note_and_draw(self: Poly3DCollection, vertices: Any, closed: bool = True) -> None:
+        faces.extend(vertices)
+        draw(self, vertices, closed)
+
+    monkeypatch.setattr(Poly3DCollection, "set_verts", note_and_draw)
     stereo = plot_locomotion(plan, 2).axes[0]
-    arrow_tips = [np.array(face) for c in stereo.collections for face in c._faces if len(face) == 3]
+    arrow_tips = [np.array(face) for face in faces if len(face) == 3]
     for point in (0, plan.step.points - 1):
         tip = 1e3 * plan.fan[point] + [0.0, 0.0, THRUST_SCALE * plan.thrust[point]]
         assert any(np.allclose(face[0], tip) for face in arrow_tips)

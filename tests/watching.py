@@ -36,13 +36,13 @@ class Deeds:
     run: list[str] = field(default_factory=list)
 
     def elsewhere(self, *allowed: Path) -> list[Path]:
-        """Return what was written outside of folders; caches of compiled code and the null device are allowed."""
+        """Return what was written outside of folders, but for caches of compiled code and devices that keep nothing."""
         return [
             path
             for path in self.written
             if not any(path.is_relative_to(folder) for folder in allowed)
             and "__pycache__" not in path.parts
-            and path != Path(os.devnull)
+            and path not in (Path(os.devnull), Path("/dev/full"))
         ]
 
 
