@@ -36,7 +36,7 @@ class Deeds:
     run: list[str] = field(default_factory=list)
 
     def elsewhere(self, *allowed: Path) -> list[Path]:
-        """Return what was written outside of folders, but for caches of compiled code and devices that keep nothing."""
+        """Return what was written outside of folders, but for compiled code and what devices forget."""
         return [
             path
             for path in self.written
