@@ -135,7 +135,7 @@ def write(reports: Sequence[Report], json_file: Path | None, page: Path | None) 
 
 def markdown(reports: Sequence[Report]) -> str:
     """Return a page of the documentation with the machine, the table of all findings, and the notes."""
-    lines = ["---", "orphan: true", "---", "", "# Benchmarks", ""]  # no table of contents expects it
+    lines = ["# Benchmarks", ""]
     lines += ["Written by `make benchmarks`, on this machine:", "", "| | |", "|---|---|"]
     lines += [f"| {name} | {value} |" for name, value in machine("one of them used").items()]
     for report in reports:
