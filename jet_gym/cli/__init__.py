@@ -79,8 +79,6 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 
 def _fail(sentence: str, code: int = BAD_INPUT) -> int:
-    in_one_line = " ".join(
-        line.strip() for line in sentence.splitlines()
-    )  # what the user gave may hold line breaks
-    click.echo(f"jet-gym: {in_one_line}", err=True)
+    lines = (line.strip() for line in sentence.splitlines())  # what the user gave may hold line breaks
+    click.echo(f"jet-gym: {' '.join(lines)}", err=True)
     return code
