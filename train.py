@@ -54,11 +54,12 @@ from agents.training.schedule import Geometric
 from agents.training.validation import TEST_SEED, VALIDATION_SEED, Score, StepSet
 from agents.training.vec_env import StepVecEnv
 from jet_gym.envs.choices import ChooseThrust
-from jet_gym.errors import JetGymError, SettingsError, require_within
-from jet_gym.interrupts import no_interrupt_lost, terminated_as_interrupted
+from jet_gym.errors import JetGymError, SettingsError
 from jet_gym.task import ENVIRONMENT_ID
 from jet_gym.task.observation import COMPONENTS
 from jet_gym.task.settings import TaskSettings
+from jet_gym.utils.interrupts import no_interrupt_lost, terminated_as_interrupted
+from jet_gym.utils.settings import require_within
 
 console = Console(stderr=True)
 _FIRST_SCALE_SEED = 900_000_000  # of the steps that give the scale of observations; training stays below

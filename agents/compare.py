@@ -22,16 +22,17 @@ from typing import Any, Literal
 import numpy as np
 
 from agents.planner import PLANNERS, BatchPlanner, Planner, make_planner
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
-from jet_gym.errors import SettingsError, require_whole
+from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
-from jet_gym.interrupts import call_in_worker
 from jet_gym.plan import Plan
-from jet_gym.progress import Progress
-from jet_gym.statistics import STATISTICS, Interval, bootstrap_steps, improvement
 from jet_gym.step import Step
-from jet_gym.threads import one_core
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.interrupts import call_in_worker
+from jet_gym.utils.progress import Progress
+from jet_gym.utils.settings import require_whole
+from jet_gym.utils.statistics import STATISTICS, Interval, bootstrap_steps, improvement
+from jet_gym.utils.threads import one_core
 
 REFERENCE = "optimal"
 RIVAL = "gas"

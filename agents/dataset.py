@@ -21,8 +21,8 @@ from agents.optimal import OptimalPlanner, OptimalSettings
 from agents.planner import Planner, make_planner
 from jet_gym.errors import JetGymError
 from jet_gym.plan import Plan
-from jet_gym.progress import Progress
 from jet_gym.step import Step
+from jet_gym.utils.progress import Progress
 
 NAMESPACE = "jet_hr1"
 EXPERT_MU = 1e-2

@@ -17,14 +17,14 @@ import numpy as np
 
 from agents.genetic import INITIAL_PHASE, GeneticSettings, genetic_search
 from agents.planner import PointByPointPlanner
-from jet_gym.arrays import Array
-from jet_gym.compilation import entry_point
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessParameters
 from jet_gym.leg import Vector
 from jet_gym.posture_state import fitness_of_candidates
 from jet_gym.single_support import SingleSupport, single_support, stance_between
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point
 
 _BLOCK = 169  # positions evaluated at a time: one layer of the paper's cube
 

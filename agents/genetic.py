@@ -17,15 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.planner import PointByPointPlanner
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessParameters, FitnessSettings
 from jet_gym.leg import Vector
 from jet_gym.posture_state import fitness_of_candidates
 from jet_gym.single_support import SingleSupport, single_support, stance_between
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
 
 _GENE_BITS = 10
 _GENE_MAX = 2**_GENE_BITS - 1

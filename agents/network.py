@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jet_gym.errors import PolicyFileError
-from jet_gym.files import read_arrays, write_whole_with
 from jet_gym.task import ENVIRONMENT_ID
 from jet_gym.task.model import TaskModel, default_task
 from jet_gym.task.observation import COMPONENTS, HIGH, LOW
+from jet_gym.utils.files import read_arrays, write_whole_with
 
 FORMAT = "jet-gym-policy/1"
 INPUT_LIMIT = 8.0  # scaled observations are clipped to this

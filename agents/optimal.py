@@ -36,11 +36,11 @@ from agents.paths.lattice import Lattices, accumulate, make_lattices, trace_back
 from agents.paths.refinement import WIDE, RefinementSettings, refine_path, violates
 from agents.paths.relaxation import reach_boxes, with_wider_joints
 from agents.planner import Planner
-from jet_gym.arrays import Array
-from jet_gym.errors import require_seed, require_whole, require_within
 from jet_gym.plan import Plan
-from jet_gym.progress import Progress
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.progress import Progress
+from jet_gym.utils.settings import require_seed, require_whole, require_within
 
 _INSIDE = 1e-7  # [m] that lattices keep from the edges of the search ranges, so that a path can be polished
 _MU = (1.0, 0.1, 10.0)  # where the interior-point method begins, in turns

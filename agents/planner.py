@@ -11,13 +11,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
-from jet_gym.errors import SettingsError, require_seed
+from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
 from jet_gym.plan import Plan
-from jet_gym.progress import Progress
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.progress import Progress
+from jet_gym.utils.settings import require_seed
 
 PLANNERS = {
     "gas": "agents.genetic:GasPlanner",

@@ -23,12 +23,13 @@ from agents.network import PolicyNetwork
 from agents.paths.cost import search_of_step
 from agents.paths.refinement import WIDE, RefinementSettings, refine_path, violates
 from agents.planner import BatchPlanner
-from jet_gym.arrays import Array
-from jet_gym.errors import PolicyFileError, SettingsError, require_seed
+from jet_gym.errors import PolicyFileError, SettingsError
 from jet_gym.plan import Plan
-from jet_gym.progress import Progress
 from jet_gym.step import Step
 from jet_gym.task.drawing import LEAST_POINTS, MOST_POINTS
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.progress import Progress
+from jet_gym.utils.settings import require_seed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

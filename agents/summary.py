@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from jet_gym.plan import Plan
-from jet_gym.statistics import Interval, bootstrap_mean
+from jet_gym.utils.statistics import Interval, bootstrap_mean
 
 
 @dataclass(frozen=True)

@@ -29,8 +29,8 @@ from rich.console import Console
 from scipy.stats import theilslopes
 
 from jet_gym.cli.console import progress_bar
-from jet_gym.files import check_writable, write_whole
-from jet_gym.machine import machine
+from jet_gym.utils.files import check_writable, write_whole
+from jet_gym.utils.machine import machine
 
 _SAMPLES = 200  # of the memory, of each process
 _WARM_UP = 0.2  # share of the episodes in which caches fill

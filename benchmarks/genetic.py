@@ -16,9 +16,9 @@ from agents.studies.off_the_shelf import EVALUATIONS, OPTIMISERS, SETTINGS, Sear
 from agents.studies.race import Contestant, race
 from agents.studies.swing_point import SwingPoint, later_swing_point
 from benchmarks.report import Report, command_line
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.fitness import FitnessSettings
+from jet_gym.utils.arrays import Array
 
 _BALANCE, _FITNESS = BalanceSettings(), FitnessSettings()
 _SEEDS = 25

@@ -20,7 +20,7 @@ from pathlib import Path
 from time import perf_counter
 
 from benchmarks.report import Report, show, write
-from jet_gym.files import check_writable
+from jet_gym.utils.files import check_writable
 
 _ROOT = Path(__file__).resolve().parents[1]
 _HEAVIEST = 5  # packages that are listed

@@ -11,8 +11,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.robot import Robot
+from jet_gym.utils.arrays import Array
 
 TOLERANCE = 1e-6  # [m] of the sole's position, and [rad]
 _MOST_ITERATIONS = 100

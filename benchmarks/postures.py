@@ -18,9 +18,9 @@ from agents.studies.race import Contestant, race
 from agents.studies.swing_point import SwingPoint, later_swing_point
 from benchmarks.peers import TOLERANCE, BulletSolver, PinSolver, Solver
 from benchmarks.report import Report, command_line
-from jet_gym.arrays import Array
 from jet_gym.fitness import FitnessSettings, fitness_of_postures
 from jet_gym.posture import Postures, evaluate_postures
+from jet_gym.utils.arrays import Array
 
 _BATCH = 4000
 _ITERATIVE = 50  # postures a call of an iterative solver

@@ -15,9 +15,9 @@ from rich.table import Table
 from rich.text import Text
 
 from agents.studies.off_the_shelf import missing_note
-from jet_gym.files import check_writable, write_whole
-from jet_gym.machine import machine
-from jet_gym.threads import one_core
+from jet_gym.utils.files import check_writable, write_whole
+from jet_gym.utils.machine import machine
+from jet_gym.utils.threads import one_core
 
 _PREFIXES = {-5: "f", -4: "p", -3: "n", -2: "µ", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}
 

@@ -11,10 +11,11 @@ import math
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from jet_gym.compilation import inlined
-from jet_gym.errors import SettingsError, require_number
+from jet_gym.errors import SettingsError
 from jet_gym.leg import Leg, Vector
 from jet_gym.robot import Robot
+from jet_gym.utils.compilation import inlined
+from jet_gym.utils.settings import require_number
 
 GRAVITY = 9.81  # [m/s^2]
 

@@ -8,14 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.balance import Point, Stance, least_thrust
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import JOINT_LIMITS, REACH
 from jet_gym.joint_torques import largest_share, leg_torques
 from jet_gym.leg import Leg, Six, Vector
 from jet_gym.posture_state import posture_at
 from jet_gym.single_support import SingleSupport, stance_between
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
 
 NEVER = 1e300  # [N] thrust where no posture balances; compiled code may not use infinity
 _BLOCK = 64  # postures side by side in SIMD lanes

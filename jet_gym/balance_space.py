@@ -21,17 +21,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.balance_exhaustion import NEVER, Exploration, explore_columns
-from jet_gym.errors import require_within
-from jet_gym.files import read_arrays, write_whole_with
 from jet_gym.leg import Side, Six, Vector, opposite, six
-from jet_gym.progress import Progress
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.single_support import single_support
 from jet_gym.step import Step
-from jet_gym.threads import for_each
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.files import read_arrays, write_whole_with
+from jet_gym.utils.progress import Progress
+from jet_gym.utils.settings import require_within
+from jet_gym.utils.threads import for_each
 
 FORMAT = "jet-gym-balance-space/1"
 FINEST, COARSEST = 0.005, 0.2  # [m]; the finest takes days

@@ -16,7 +16,7 @@ import math
 from typing import NamedTuple
 
 from jet_gym.balance import Point, Stance
-from jet_gym.compilation import inlined
+from jet_gym.utils.compilation import inlined
 
 _SHORTEST = 1e-6  # [m]
 

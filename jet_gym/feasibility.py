@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.errors import InfeasibleStepError
 from jet_gym.leg import opposite
 from jet_gym.posture import Postures, evaluate_postures
 from jet_gym.robot import Robot
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
 
 RESOLUTION = 0.015  # [m] of the pelvis grid
 _REFINEMENTS = 3  # finer grids about the best position before a swing point is given up

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from jet_gym.arrays import Array
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, THRUST
-from jet_gym.errors import require_within
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
+from jet_gym.utils.settings import require_within
 
 
 @dataclass(frozen=True)

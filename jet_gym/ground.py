@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.courses import CARTON_HEIGHT, CARTON_LENGTH, CARTON_WIDTH
 from jet_gym.leg import Leg, opposite
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
 
 
 @dataclass(frozen=True)

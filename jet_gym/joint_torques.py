@@ -12,13 +12,13 @@ import math
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.balance import GRAVITY, Point
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.kinematics import turned_pitch
 from jet_gym.leg import SIDES, Leg, Side, Six
 from jet_gym.posture import Postures
 from jet_gym.robot import Robot
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
 
 
 def static_torques(robot: Robot, swing: Side, postures: Postures) -> Array:

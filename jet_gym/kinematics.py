@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jet_gym.arrays import Array, finite_array
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.leg import Leg, Side, Six, Vector
 from jet_gym.robot import Robot
+from jet_gym.utils.arrays import Array, finite_array
+from jet_gym.utils.compilation import entry_point, inlined
 
 Rotation = tuple[float, float, float, float, float, float, float, float, float]  # 3x3, row by row
 

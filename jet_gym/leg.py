@@ -17,9 +17,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.errors import RobotError
 from jet_gym.urdf import Joint, Link, Urdf
+from jet_gym.utils.arrays import Array
 
 Side = Literal["left", "right"]
 SIDES: tuple[Side, Side] = ("left", "right")

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 
-from jet_gym.compilation import inlined
 from jet_gym.leg import Leg
+from jet_gym.utils.compilation import inlined
 
 _FROM_STRAIGHT = 2e-5  # [m] kept from where the leg is straight: a nearly straight knee turns without end
 _FROM_LIMIT = 1e-4  # [rad] kept from the limits of the joints

@@ -12,17 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jet_gym.arrays import Array, finite_array
 from jet_gym.balance import BalanceSettings
 from jet_gym.constraints import SEARCH_RANGE, violation_names
 from jet_gym.errors import PlanFileError
-from jet_gym.files import write_whole
 from jet_gym.fitness import FitnessSettings, fitness_of_postures
 from jet_gym.leg import SIDES
 from jet_gym.plan_file import ARRAY_WIDTHS, FORMAT, read_fields, read_json
 from jet_gym.posture import evaluate_postures
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array, finite_array
+from jet_gym.utils.files import write_whole
 
 _RANGE_TOLERANCE = 1e-9  # [m] rounding of a pelvis that moved by the whole search range
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.constraints import CONSTRAINT_NAMES
 from jet_gym.errors import JetGymError, PlanFileError
 from jet_gym.robot import Robot
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
 
 FORMAT = "jet-gym-plan/1"
 ARRAY_WIDTHS: dict[str, int | None] = {

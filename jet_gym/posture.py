@@ -12,9 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from jet_gym.arrays import Array, finite_array
 from jet_gym.balance import BalanceSettings, edge_undefined
-from jet_gym.compilation import entry_point
 from jet_gym.kinematics import axis_signs, range_middles
 from jet_gym.leg import Side
 from jet_gym.posture_block import (
@@ -33,6 +31,8 @@ from jet_gym.posture_block import (
 )
 from jet_gym.robot import Robot
 from jet_gym.single_support import SingleSupport, single_support, stance_between
+from jet_gym.utils.arrays import Array, finite_array
+from jet_gym.utils.compilation import entry_point
 
 _CHUNK = 64 * BLOCK
 

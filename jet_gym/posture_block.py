@@ -12,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.balance import Stance, edge_vectors
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.kinematics import from_middle
 from jet_gym.leg import Vector
 from jet_gym.posture_state import posture_at
 from jet_gym.single_support import SingleSupport
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
 
 BLOCK = 16
 GIVEN_PELVIS = 16  # row at which the pelvis begins, behind the 16 numbers of a stance

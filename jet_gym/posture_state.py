@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.balance import (
     Point,
     Stance,
@@ -22,12 +21,13 @@ from jet_gym.balance import (
     within_support,
     zmp_of,
 )
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, REACH, THRUST, ZMP
 from jet_gym.fitness import FitnessParameters, fitness_terms
 from jet_gym.kinematics import leg_forward, leg_inverse, within_limits
 from jet_gym.leg import Six, Vector
 from jet_gym.single_support import SingleSupport, hip_from_ankle
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
 
 
 class PostureState(NamedTuple):

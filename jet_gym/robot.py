@@ -16,11 +16,11 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.errors import RobotError
 from jet_gym.fans_and_servos import Fan, Servo, read_fan, read_servos
 from jet_gym.leg import SIDES, Leg, LegNames, Side, Vector, combined_mass, jet_hr1_leg, read_leg
 from jet_gym.urdf import Urdf, read_urdf
+from jet_gym.utils.arrays import Array
 
 
 class Trunk(NamedTuple):

@@ -6,9 +6,9 @@ import math
 from typing import NamedTuple
 
 from jet_gym.balance import BalanceParameters, BalanceSettings, Stance, stance_of
-from jet_gym.compilation import inlined
 from jet_gym.leg import Leg, Side, Vector
 from jet_gym.robot import Robot, Trunk
+from jet_gym.utils.compilation import inlined
 
 
 class SingleSupport(NamedTuple):

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.errors import StepError
 from jet_gym.leg import SIDES, Side, Vector, opposite
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.swing_path import PATH_CHECKS, Arc, arc_of, arc_points, nominal_pelvis
+from jet_gym.utils.arrays import Array
 
 NOMINAL_KNEE_BEND = 0.9  # height of the nominal pelvis above the soles over the leg length
 _LEAST_STEP = 1e-3  # [m] start and landing closer than this are one place

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.leg import Vector
+from jet_gym.utils.arrays import Array
 
 PATH_CHECKS = 60  # places along an arc, at least, at which the feet are held against each other
 _VERTICAL = 1e-9  # [m] a chord with a shorter shadow is vertical

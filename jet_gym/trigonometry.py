@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from jet_gym.compilation import inlined
+from jet_gym.utils.compilation import inlined
 
 _TINY = 1e-300
 

@@ -12,8 +12,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.errors import RobotError
+from jet_gym.utils.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,6 @@ from agents.paths.refinement import RefinementSettings, candidates_around, refin
 from agents.paths.relaxation import reach_boxes
 from agents.policy import PolicyPlanner
 from jet_gym import Step, jet_hr1
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings, ThrustModel
 from jet_gym.balance_space import compute_balance_space, least_thrust_of_step
 from jet_gym.fitness import FitnessSettings, fitness_of_postures
@@ -38,6 +37,7 @@ from jet_gym.task.drawing import draw_random_steps
 from jet_gym.task.lanes import Lanes
 from jet_gym.task.model import TaskModel
 from jet_gym.task.transition import Transition
+from jet_gym.utils.arrays import Array
 
 Numbers = dict[str, Any]
 

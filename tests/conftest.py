@@ -19,8 +19,8 @@ import pytest
 
 from agents import Plan, make_planner
 from jet_gym import Robot, jet_hr1
-from jet_gym.arrays import Array
 from jet_gym.courses import PAPER
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from jet_gym.simulation import World

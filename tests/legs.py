@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from hypothesis import strategies as st
 
-from jet_gym.arrays import Array
 from jet_gym.kinematics import BodyPoints, forward_kinematics
 from jet_gym.leg import SIDES
 from jet_gym.robot import Robot, jet_hr1
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     pass

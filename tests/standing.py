@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-from jet_gym.arrays import Array
 from jet_gym.balance import (
     Rectangle,
     Stance,
@@ -14,6 +13,7 @@ from jet_gym.balance import (
 from jet_gym.leg import Side
 from jet_gym.robot import Robot
 from jet_gym.single_support import swing_and_support
+from jet_gym.utils.arrays import Array
 
 WEIGHT = 6.8 * 9.81  # [N]
 MAX_THRUST = 23.0  # [N]

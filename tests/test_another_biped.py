@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from jet_gym import load_robot
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.kinematics import axis_signs, forward_kinematics, inverse_kinematics, range_middles
 from jet_gym.leg import SIDES, LegNames
 from jet_gym.posture import evaluate_postures
 from jet_gym.robot import FrameNames, Robot
 from jet_gym.urdf import rotation_from_rpy
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from conftest import PinocchioRobot

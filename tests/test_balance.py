@@ -19,7 +19,6 @@ from standing import (
     zmp_by_moments,
 )
 
-from jet_gym.arrays import Array
 from jet_gym.balance import (
     GRAVITY,
     BalanceSettings,
@@ -31,6 +30,7 @@ from jet_gym.balance import (
 from jet_gym.leg import SIDES, Side
 from jet_gym.posture import Postures, evaluate_postures
 from jet_gym.robot import Robot
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from conftest import PinocchioRobot

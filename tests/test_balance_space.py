@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from jet_gym import Robot
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.balance_space import DIRECTIONS, BalanceSpace, compute_balance_space, least_thrust_of_step
 from jet_gym.cli import run
@@ -21,6 +20,7 @@ from jet_gym.errors import SettingsError
 from jet_gym.figures import plot_balance_section, plot_balance_space, save_figure
 from jet_gym.joint_torques import static_torques
 from jet_gym.posture import Postures, evaluate_postures
+from jet_gym.utils.arrays import Array
 
 COARSE = 0.1
 

@@ -11,7 +11,7 @@ from agents.studies.calculation_time import measure_calculation_time
 from agents.studies.off_the_shelf import EVALUATIONS, OPTIMISERS, missing_note
 from agents.studies.race import Contestant, race
 from agents.studies.swing_point import later_swing_point
-from jet_gym.machine import machine
+from jet_gym.utils.machine import machine
 
 
 def test_ratios_are_to_the_first_and_units_share_the_time() -> None:

@@ -11,7 +11,6 @@ from hypothesis.extra.numpy import arrays
 
 from agents import make_planner
 from jet_gym import jet_hr1
-from jet_gym.arrays import Array
 from jet_gym.constraints import EDGE_POLYGON, REACH, THRUST, ZMP
 from jet_gym.envs.choices import ChooseThrust
 from jet_gym.task.drawing import draw_random_steps
@@ -19,6 +18,7 @@ from jet_gym.task.lanes import Lanes
 from jet_gym.task.model import default_task
 from jet_gym.task.observation import HIGH, LOW
 from jet_gym.task.transition import Transition
+from jet_gym.utils.arrays import Array
 
 COUNT, MAX_THRUST = 40, jet_hr1().max_thrust
 

@@ -12,8 +12,8 @@ import pytest
 from agents.compare import FIGURES, CompareSettings, Comparison, compare
 from jet_gym.cli import run
 from jet_gym.errors import SettingsError
-from jet_gym.statistics import STATISTICS, bootstrap_steps, improvement, interquartile_mean
 from jet_gym.task.drawing import draw_random_steps
+from jet_gym.utils.statistics import STATISTICS, bootstrap_steps, improvement, interquartile_mean
 
 
 @pytest.fixture(scope="module")

@@ -13,12 +13,12 @@ import pytest
 import agents
 import jet_gym
 from jet_gym import constraints
-from jet_gym.compilation import sources_behind
 from jet_gym.robot import urdf_directory
+from jet_gym.utils.compilation import sources_behind
 
 CALLER = """
 from jet_gym.balance import assigned_thrust
-from jet_gym.compilation import entry_point
+from jet_gym.utils.compilation import entry_point
 
 @entry_point
 def quarter_of(weight):
@@ -75,7 +75,7 @@ def test_editing_a_building_block_recompiles_what_calls_it_in_another_file(copie
 def test_machine_code_belongs_to_the_sources_behind_it_and_to_no_others(copied_package: Path) -> None:
     call = (
         "from pathlib import Path\n"
-        "from jet_gym.compilation import source_fingerprint\n"
+        "from jet_gym.utils.compilation import source_fingerprint\n"
         "print(source_fingerprint(Path('agents/genetic.py').resolve()))"
     )
     before = run(call, copied_package)

@@ -15,7 +15,6 @@ from standing import (
     stance,
 )
 
-from jet_gym.arrays import Array
 from jet_gym.balance import (
     Stance,
     edge_vectors,
@@ -25,6 +24,7 @@ from jet_gym.balance import (
 from jet_gym.leg import SIDES, Side
 from jet_gym.posture import evaluate_postures
 from jet_gym.robot import Robot
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     pass

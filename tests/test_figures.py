@@ -25,7 +25,7 @@ from jet_gym.figures import (
     style,
 )
 from jet_gym.plan import Plan
-from jet_gym.statistics import Interval
+from jet_gym.utils.statistics import Interval
 
 
 @pytest.fixture(params=["side", "forward"])

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from jet_gym.files import check_writable, write_whole, write_whole_with
+from jet_gym.utils.files import check_writable, write_whole, write_whole_with
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:

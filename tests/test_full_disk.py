@@ -26,7 +26,7 @@ from jet_gym.balance_space import compute_balance_space
 from jet_gym.courses import PAPER
 from jet_gym.figures import plot_trajectories, save_figure
 from jet_gym.simulation.pictures.encoding import write_mp4
-from jet_gym.files import write_whole_with
+from jet_gym.utils.files import write_whole_with
 from jet_gym.simulation.trials import Experiment, save_trials
 
 step = replace(PAPER.side, points=12)

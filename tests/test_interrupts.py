@@ -12,7 +12,7 @@ from pathlib import Path
 import joblib
 import pytest
 
-from jet_gym.interrupts import call_in_worker, no_interrupt_lost, terminated_as_interrupted
+from jet_gym.utils.interrupts import call_in_worker, no_interrupt_lost, terminated_as_interrupted
 
 
 class Finalised:
@@ -87,7 +87,7 @@ def test_sigterm_ends_a_command_in_order_and_its_workers_with_it(tmp_path):
     program = """
 import os, sys, time, click, joblib
 import jet_gym.cli as cli
-from jet_gym.interrupts import call_in_worker
+from jet_gym.utils.interrupts import call_in_worker
 
 def wait(folder):
     open(os.path.join(folder, str(os.getpid())), "w").close()

@@ -20,10 +20,10 @@ from legs import (
     random_postures,
 )
 
-from jet_gym.arrays import Array
 from jet_gym.kinematics import inverse_kinematics
 from jet_gym.leg import SIDES
 from jet_gym.robot import Robot, jet_hr1
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     pass

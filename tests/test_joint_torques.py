@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from jet_gym import Robot
-from jet_gym.arrays import Array
 from jet_gym.balance import GRAVITY
 from jet_gym.courses import PAPER
 from jet_gym.joint_torques import static_torques
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.leg import opposite
 from jet_gym.posture import Postures, evaluate_postures
+from jet_gym.utils.arrays import Array
 
 
 def _postures(robot: Robot, swing: Literal["left", "right"], rng: np.random.Generator, count: int) -> Postures:

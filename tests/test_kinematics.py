@@ -14,10 +14,10 @@ from legs import (
     random_postures,
 )
 
-from jet_gym.arrays import Array
 from jet_gym.kinematics import forward_kinematics, within_limits
 from jet_gym.leg import SIDES, Leg
 from jet_gym.robot import Robot
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from conftest import Oracle

@@ -11,7 +11,7 @@ from matplotlib.text import Text
 
 from jet_gym.figures import plot_comparison, style
 from jet_gym.figures.labels import LabelledPoint, label_points
-from jet_gym.statistics import Interval
+from jet_gym.utils.statistics import Interval
 
 
 def drawn(points: list[LabelledPoint]) -> Any:

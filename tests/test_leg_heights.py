@@ -7,11 +7,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from jet_gym.arrays import Array
 from jet_gym.kinematics import inverse_kinematics
 from jet_gym.leg import Side
 from jet_gym.leg_heights import hip_heights
 from jet_gym.robot import jet_hr1
+from jet_gym.utils.arrays import Array
 
 ROBOT = jet_hr1()
 

@@ -12,7 +12,6 @@ from legs import MIRROR, MIRRORED_JOINTS
 from standing import SOLE
 
 from jet_gym import jet_hr1, load_robot
-from jet_gym.arrays import Array
 from jet_gym.balance import GRAVITY, BalanceSettings
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, REACH, THRUST, ZMP, violation_names
 from jet_gym.fitness import FitnessSettings
@@ -22,6 +21,7 @@ from jet_gym.posture import Postures, evaluate_postures
 from jet_gym.posture_state import fitness_of_candidates
 from jet_gym.robot import Robot
 from jet_gym.single_support import single_support, stance_between
+from jet_gym.utils.arrays import Array
 
 MODELS = ("assigned", "least")
 MAX_THRUST, WEIGHT, EDGE = jet_hr1().max_thrust, jet_hr1().mass * GRAVITY, BalanceSettings.edge_tolerance

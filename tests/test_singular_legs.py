@@ -15,11 +15,11 @@ from legs import (
     random_postures,
 )
 
-from jet_gym.arrays import Array
 from jet_gym.kinematics import inverse_kinematics, leg_inverse
 from jet_gym.leg import SIDES, Leg
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.urdf import rotation_from_rpy
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     pass

@@ -14,8 +14,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from jet_gym import Step, courses
-from jet_gym.arrays import Array
 from jet_gym.errors import StepError
+from jet_gym.utils.arrays import Array
 
 SIDE = {"swing": "left", "start": (0.0, 0.1125, 0.0), "landing": (0.0, 0.34, 0.0), "support": (0.0, -0.1125, 0.0)}
 

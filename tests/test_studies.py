@@ -13,7 +13,7 @@ from agents.studies.sweep import sweep_smoothness
 from agents.summary import summarize
 from jet_gym.courses import PAPER
 from jet_gym.fitness import FitnessSettings
-from jet_gym.statistics import bootstrap_mean
+from jet_gym.utils.statistics import bootstrap_mean
 
 
 def test_bootstrap_interval_covers_the_mean_in_about_95_of_100_samples() -> None:

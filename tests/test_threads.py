@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from jet_gym.threads import available_cores, for_each, one_core
+from jet_gym.utils.threads import available_cores, for_each, one_core
 
 
 def test_each_share_is_done_once_and_counted() -> None:

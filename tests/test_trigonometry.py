@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from jet_gym.compilation import entry_point
 from jet_gym.trigonometry import arctangent, sine_cosine
+from jet_gym.utils.compilation import entry_point
 
 ULP = 2.0**-53
 

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from jet_gym.arrays import Array
 from jet_gym.errors import RobotError
 from jet_gym.leg import SIDES
 from jet_gym.robot import Robot
 from jet_gym.urdf import Link, Urdf, read_urdf, rotation_from_rpy
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from conftest import BulletRobot, Oracle

@@ -41,10 +41,10 @@ from agents.paths.slacks import (
     differentiate_slacks,
     fill_slacks,
 )
-from jet_gym.arrays import Array
 from jet_gym.balance import Stance
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import EDGE_POLYGON, JOINT_LIMITS, REACH, THRUST, ZMP
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
 
 _MU_FACTOR = 0.3
 _NEWTON_STEPS = 25  # for each mu, at most

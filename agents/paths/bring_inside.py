@@ -10,11 +10,11 @@ import numpy as np
 
 from agents.paths.cost import SearchModel, SwingPoints, exact_costs, stance_at
 from agents.paths.slacks import COM_X, COM_Y, FILLED, UNKNOWNS, fill_slacks
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceParameters, Point, Stance
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import EDGE_POLYGON, REACH, THRUST
 from jet_gym.edge_polygon import along_and_aside, edge_axis, half_width, point_in_world
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
 
 _CORRECTIONS = 16  # of the pelvis, to bring the centre of mass where it is to be
 _ROOM = 5e-4  # [m] kept from the ends of the polygon

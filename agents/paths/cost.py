@@ -11,15 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings, Stance
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.constraints import ZMP
 from jet_gym.fitness import FitnessParameters, FitnessSettings
 from jet_gym.leg import Vector
 from jet_gym.posture_state import fitness_of_candidates
 from jet_gym.single_support import SingleSupport, single_support, stance_between
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
 
 FAR = 1e300  # the cost of what cannot be reached
 _ROUNDING = 1e-9  # [m] of a distance that is compared with the search range

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from agents.paths.cost import FAR, SearchModel, SwingPoints, exact_costs, stance_at
 from agents.paths.relaxation import relaxed_costs
-from jet_gym.arrays import Array
-from jet_gym.compilation import entry_point, inlined
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
 
 
 class Lattices(NamedTuple):

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from jet_gym.arrays import Array
-from jet_gym.compilation import inlined
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import inlined
 
 _DAMPING = 1e-9  # on the Hessian's diagonal, relative
 

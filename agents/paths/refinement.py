@@ -22,13 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.paths.cost import FAR, SearchModel, SwingPoints, exact_costs, stance_at
-from jet_gym.arrays import Array
 from jet_gym.balance import Stance
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.edge_polygon import along_and_aside, edge_axis, half_width
-from jet_gym.errors import require_whole, require_within
 from jet_gym.leg import Vector
 from jet_gym.posture_state import posture_at
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
+from jet_gym.utils.settings import require_whole, require_within
 
 _ROUNDING = 1e-9  # [m] kept from the edges of the search ranges
 _DIFFERENCE = 2e-5  # [m] of the derivatives

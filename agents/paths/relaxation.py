@@ -11,13 +11,13 @@ import math
 import numpy as np
 
 from agents.paths.cost import FAR, SearchModel, SwingPoints, stance_at
-from jet_gym.arrays import Array
 from jet_gym.balance import Stance
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.kinematics import within_limits
 from jet_gym.leg import Leg, Vector
 from jet_gym.posture_state import posture_at
 from jet_gym.single_support import straight_length
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
 
 _BLOCK = 64  # postures whose relaxed cost is computed side by side
 _JOINT_ARM = 0.15  # [m] a pelvis that is off by this times an angle turns some joint by about that angle

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 
 from agents.paths.cost import SearchModel
 from agents.paths.linear_algebra import make_positive
-from jet_gym.arrays import Array
 from jet_gym.balance import Stance, edge_vectors, zmp_of
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.kinematics import from_middle
 from jet_gym.leg import Leg, Six, Vector
 from jet_gym.posture_state import posture_at
 from jet_gym.single_support import hip_from_ankle
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
 
 # Where the slacks of each kind begin, and how many slacks there are; behind them stands the centre of mass.
 EDGE_SLACKS, THRUST_SLACKS, ZMP_SLACKS, REACH_SLACKS, JOINT_SLACKS, SLACKS = 0, 2, 5, 9, 11, 23

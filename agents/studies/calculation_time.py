@@ -14,8 +14,8 @@ from agents.planner import PointByPointPlanner, make_planner
 from agents.studies.off_the_shelf import EVALUATIONS, OPTIMISERS, Search, missing_note
 from agents.studies.race import Contestant, race
 from agents.studies.swing_point import SwingPoint, later_swing_point
-from jet_gym.arrays import Array
-from jet_gym.progress import Progress
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.progress import Progress
 
 _PLANNERS = ("gas", "ga", "gaex")
 

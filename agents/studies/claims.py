@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from agents.planner import make_planner
 from agents.summary import PlanSummary, summarize
 from jet_gym.courses import PAPER
-from jet_gym.progress import Progress
+from jet_gym.utils.progress import Progress
 
 _PLANNERS = ("gas", "ga", "gaex")
 SLIGHTLY = 2.0  # [N] less is "slightly" more thrust, more is "much" more: about a tenth of the fan's 23 N

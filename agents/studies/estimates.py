@@ -15,8 +15,8 @@ from agents.summary import PlanSummary, summarize
 from jet_gym.balance import BalanceSettings
 from jet_gym.courses import CARTON_LENGTH, PAPER
 from jet_gym.leg import Leg
-from jet_gym.progress import Progress
 from jet_gym.robot import Robot, Trunk
+from jet_gym.utils.progress import Progress
 
 PELVIS_MASSES = (2.0, 2.4, 2.8, 3.2, 3.6)  # [kg] of 6.8 kg
 FAN_OFFSETS = (0.0, 0.03, 0.06, 0.09, 0.12)  # [m] outward of the ankle

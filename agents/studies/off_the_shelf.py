@@ -15,7 +15,7 @@ import numpy as np
 
 from agents.genetic import GeneticSettings
 from agents.studies.swing_point import SwingPoint
-from jet_gym.arrays import Array
+from jet_gym.utils.arrays import Array
 
 SETTINGS = GeneticSettings()
 EVALUATIONS = SETTINGS.population * SETTINGS.generations

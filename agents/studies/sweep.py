@@ -13,7 +13,7 @@ from agents.summary import PlanSummary, summarize
 from jet_gym.courses import PAPER
 from jet_gym.fitness import FitnessSettings
 from jet_gym.plan import Plan
-from jet_gym.progress import Progress
+from jet_gym.utils.progress import Progress
 
 WEIGHTS = (50.0, 5e3, 2e4, 5e4, 1e5, 2e5, 5e5, 1e6, 2e6, 5e6, 5e7)  # [1/m^2]
 UNITS = {50.0: "50 per m²", 5e3: "50 per dm²", 5e5: "50 per cm²", 5e7: "50 per mm²"}

@@ -9,13 +9,13 @@ import numpy as np
 
 from agents.genetic import GeneticSettings
 from agents.planner import make_planner
-from jet_gym.arrays import Array
 from jet_gym.balance import Stance, stance_of
 from jet_gym.courses import PAPER
 from jet_gym.fitness import FitnessParameters, FitnessSettings
 from jet_gym.posture_state import fitness_of_candidates
 from jet_gym.single_support import SingleSupport, single_support
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from agents.training.run_folder import PROGRESS, read_progress, write_json
 from agents.training.schedule import Geometric
 from agents.training.validation import Score, StepSet
 from agents.training.vec_env import StepVecEnv
-from jet_gym.files import write_whole_with
+from jet_gym.utils.files import write_whole_with
 
 MODEL, NETWORK = "model.zip", "policy.npz"
 

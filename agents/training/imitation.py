@@ -29,7 +29,6 @@ from agents.planner import make_planner
 from agents.policy import side_by_side
 from agents.sb3_policy import ThrustPolicy
 from agents.training.validation import drawn_steps
-from jet_gym.arrays import Array
 from jet_gym.balance import GRAVITY, BalanceSettings
 from jet_gym.fitness import FitnessSettings
 from jet_gym.step import Step
@@ -37,6 +36,7 @@ from jet_gym.task.choices import ASIDE, HEIGHT, IDLE, THRUST
 from jet_gym.task.lanes import Lanes
 from jet_gym.task.model import TaskModel
 from jet_gym.task.transition import Transition
+from jet_gym.utils.arrays import Array
 
 Act = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.task.drawing import Drawer
 from jet_gym.task.lanes import Lanes
+from jet_gym.utils.arrays import Array
 
 
 class ReplayingDrawer:

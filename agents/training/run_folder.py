@@ -12,7 +12,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from jet_gym.files import write_whole
+from jet_gym.utils.files import write_whole
 
 PROGRESS = "progress.json"
 _PACKAGES = ("jet-gym", "gymnasium", "stable-baselines3", "torch", "numpy", "numba", "pybullet")

@@ -25,9 +25,9 @@ from agents.policy import SHIPPED_POLICY, PolicyPlanner
 from agents.training.callbacks import MODEL, NETWORK
 from agents.training.run_folder import write_json
 from agents.training.validation import TEST_SEED, VALIDATION_SEED, Score, StepSet, drawn_steps
-from jet_gym.files import write_whole
 from jet_gym.step import Step
 from jet_gym.task import ENVIRONMENT_ID
+from jet_gym.utils.files import write_whole
 
 REFINE = RefinementSettings.candidates
 _KINDS: dict[str, Callable[[Step], bool]] = {

@@ -11,10 +11,10 @@ from agents.network import PolicyNetwork
 from agents.optimal import OptimalPlanner
 from agents.planner import make_planner
 from agents.policy import PolicyPlanner
-from jet_gym.arrays import Array
 from jet_gym.plan import Plan
-from jet_gym.progress import Progress
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.progress import Progress
 
 VALIDATION_SEED, TEST_SEED = 1_000_000_000, 2_000_000_000
 """First seeds of the steps that choose the best model, and of those that judge it; training's are below 10^9."""

@@ -15,12 +15,12 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon
 
 from agents import make_planner
-from jet_gym.arrays import Array
 from jet_gym.figures import save_figure, style
 from jet_gym.figures.scene import Bodies, bodies_of
 from jet_gym.plan import Plan
 from jet_gym.step import Step
 from jet_gym.task.settings import TaskSettings
+from jet_gym.utils.arrays import Array
 
 STEP = Step("left", start=(0, 0.1125, 0), landing=(0.56, 0.04, 0), support=(0, -0.2, 0), apex=0.1, points=24)
 POINT = 18  # where the swing foot is

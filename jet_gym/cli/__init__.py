@@ -19,7 +19,7 @@ from jet_gym.cli.studies import claims_command, sweep_command
 from jet_gym.cli.studio import studio_command
 from jet_gym.cli.train import train_command
 from jet_gym.errors import JetGymError
-from jet_gym.interrupts import no_interrupt_lost, terminated_as_interrupted
+from jet_gym.utils.interrupts import no_interrupt_lost, terminated_as_interrupted
 
 BAD_INPUT = 2
 INTERRUPTED = 130

@@ -56,7 +56,7 @@ def balance_space_command(
     from jet_gym.balance_space import compute_balance_space
     from jet_gym.cli.console import console, progress_bar, say_written
     from jet_gym.figures import check_figure_path
-    from jet_gym.files import check_writable
+    from jet_gym.utils.files import check_writable
 
     section = None if plot is None else with_suffixes(plot, "section")
     if output is not None:

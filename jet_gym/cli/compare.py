@@ -73,7 +73,7 @@ def compare_command(
     from agents.compare import CompareSettings, compare, default_planners
     from jet_gym.cli.console import console, progress_bar, say_written
     from jet_gym.figures import check_figure_path
-    from jet_gym.files import check_writable, write_whole
+    from jet_gym.utils.files import check_writable, write_whole
 
     settings = CompareSettings(
         planners=tuple(dict.fromkeys(planners)) or default_planners(),

@@ -15,8 +15,8 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from agents.summary import PlanSummary
-    from jet_gym.progress import Progress as ProgressCallback
-    from jet_gym.statistics import Interval
+    from jet_gym.utils.progress import Progress as ProgressCallback
+    from jet_gym.utils.statistics import Interval
 
 console = Console(highlight=False)
 _PATIENCE = 1.0  # [s] without a progress bar

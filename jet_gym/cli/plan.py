@@ -154,7 +154,7 @@ def _picture_paths(plot: Path | None, jobs: list[Job]) -> dict[tuple[str, str], 
 def _check_paths(files: Iterable[Path], pictures: Iterable[Path]) -> None:
     """Refuse paths that cannot be written before the work begins."""
     from jet_gym.figures import check_figure_path
-    from jet_gym.files import check_writable
+    from jet_gym.utils.files import check_writable
 
     files, pictures = list(files), list(pictures)
     for path in files:

@@ -80,11 +80,11 @@ def robustness_command(
     """  # noqa: D301
     from jet_gym.cli.console import progress_bar, say_written
     from jet_gym.figures import check_figure_path, plot_robustness, save_figure
-    from jet_gym.files import check_writable
     from jet_gym.simulation.bullet import require_bullet
     from jet_gym.simulation.disturbances import DisturbanceRanges
     from jet_gym.simulation.limits import find_limits, load_limits
     from jet_gym.simulation.trials import Experiment, load_trials, run_trials
+    from jet_gym.utils.files import check_writable
 
     require_bullet()
     if jobs == 0 or jobs < -1:

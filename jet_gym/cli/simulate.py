@@ -63,10 +63,10 @@ def simulate_command(
     that of the planner and of the IMU's noise.
     """  # noqa: D301
     from jet_gym.cli.console import console, progress_bar, say_written
-    from jet_gym.files import check_writable
     from jet_gym.simulation.bullet import require_bullet
     from jet_gym.simulation.execution import ExecutionSettings, execute
     from jet_gym.simulation.pictures.film import FilmSettings, check_film_path, film
+    from jet_gym.utils.files import check_writable
 
     require_bullet()
     settings = with_changes(ExecutionSettings(thrust=thrust), changes)

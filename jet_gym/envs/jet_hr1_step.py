@@ -11,17 +11,18 @@ from gymnasium.error import ResetNeeded
 from gymnasium.utils import EzPickle
 from numpy.typing import ArrayLike, NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.balance import ThrustModel
 from jet_gym.envs.physics import BulletPhysics
 from jet_gym.envs.picture import Picture, Scene
-from jet_gym.errors import SettingsError, require_within
+from jet_gym.errors import SettingsError
 from jet_gym.simulation.bullet import require_bullet
 from jet_gym.simulation.disturbances import DisturbanceRanges
 from jet_gym.step import Step
 from jet_gym.task.lanes import POINT, POINTS, VIOLATED, Lanes
 from jet_gym.task.model import RewardForm, TaskModel
 from jet_gym.task.transition import Transition
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.settings import require_within
 
 PhysicsKind = Literal["bullet", "quasistatic"]
 RenderMode = Literal["human", "rgb_array"]

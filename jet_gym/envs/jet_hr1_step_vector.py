@@ -19,7 +19,7 @@ from jet_gym.task.drawing import Drawer
 from jet_gym.task.lanes import Lanes
 from jet_gym.task.model import TaskModel
 from jet_gym.task.transition import Transition
-from jet_gym.threads import available_cores
+from jet_gym.utils.threads import available_cores
 
 _LANES_PER_THREAD = 512
 

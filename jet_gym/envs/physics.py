@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.constraints import JOINT_LIMITS, REACH
 from jet_gym.posture import Postures, evaluate_postures
 from jet_gym.step import Step
 from jet_gym.task.model import TaskModel
 from jet_gym.task.transition import Transition
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from jet_gym.simulation.disturbances import Disturbance, DisturbanceRanges

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.envs.physics import BulletPhysics, standing_posture
 from jet_gym.step import Step
 from jet_gym.task.model import TaskModel
 from jet_gym.task.transition import Transition
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from jet_gym.simulation.pictures.renderer import Renderer

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.balance_space import BalanceSpace
 from jet_gym.figures import style
 from jet_gym.ground import sole_corners
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.leg import opposite
 from jet_gym.robot import Robot, jet_hr1
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.figures import style
 from jet_gym.figures.labels import LabelledPoint, label_points
 from jet_gym.plan import Plan
-from jet_gym.statistics import Interval
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.statistics import Interval
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jet_gym.figures import style
-from jet_gym.statistics import Interval
+from jet_gym.utils.statistics import Interval
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

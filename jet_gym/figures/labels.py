@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.figures import style
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

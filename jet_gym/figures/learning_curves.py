@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from jet_gym.arrays import Array
+    from jet_gym.utils.arrays import Array
 
 Progress = Mapping[str, Sequence[Mapping[str, float]]]
 """The validations of a run, in their order: ``imitation``, with ``states``, and ``validations``, with ``steps``.

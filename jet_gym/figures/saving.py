@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from jet_gym.errors import SettingsError
-from jet_gym.files import check_writable, write_whole_with
+from jet_gym.utils.files import check_writable, write_whole_with
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.ground import Carton, Ditch, cartons_of, ditch_of, sole_corners
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.plan import Plan
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
 
 DUCT_RADIUS = 0.035  # [m] of a 70 mm fan
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.figures import style
 from jet_gym.figures.scene import Bodies, Scene
 from jet_gym.leg import SIDES
 from jet_gym.plan import Plan
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

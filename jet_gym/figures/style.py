@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.leg import opposite
-from jet_gym.statistics import Interval
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.statistics import Interval
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from agents.studies.sweep import UNITS
 from jet_gym.figures import style
 from jet_gym.fitness import FitnessSettings
-from jet_gym.statistics import Interval
+from jet_gym.utils.statistics import Interval
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

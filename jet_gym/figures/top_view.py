@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.figures import style
 from jet_gym.figures.scene import DUCT_RADIUS, Bodies, Scene
 from jet_gym.leg import SIDES, opposite
 from jet_gym.plan import Plan
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

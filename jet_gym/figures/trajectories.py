@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.figures import style
 from jet_gym.plan import Plan
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,9 +7,9 @@ import math
 from agents.studies.estimates import EstimateRow, study_estimates
 from jet_gym.courses import DITCH_SPAN
 from jet_gym.figures import plot_estimates, png_bytes
-from jet_gym.progress import Progress
 from jet_gym.reproduction.model import Chapter, Claim, Picture, Settings, Table, verdict, with_interval
 from jet_gym.robot import jet_hr1
+from jet_gym.utils.progress import Progress
 
 
 def estimates_chapter(settings: Settings, report: Progress) -> Chapter:

@@ -10,12 +10,12 @@ import numpy as np
 from agents.planner import make_planner
 from jet_gym.courses import PAPER
 from jet_gym.figures import plot_execution, plot_pictures, png_bytes
-from jet_gym.progress import Progress
 from jet_gym.reproduction.model import Chapter, Claim, Picture, Settings, Table, verdict
 from jet_gym.simulation import Execution, ExecutionSettings, execute
 from jet_gym.simulation.parallel import run_in_parallel
 from jet_gym.simulation.pictures.camera import CameraSettings
 from jet_gym.simulation.pictures.film import FilmSettings, frames
+from jet_gym.utils.progress import Progress
 
 _FRAMES_OF_A_MOTION = (0.0, 0.4, 0.7, 1.0)  # shares of its time
 _FRAME = FilmSettings(width=480, height=360)

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Literal
 
-from jet_gym.errors import require_within
-from jet_gym.progress import Progress
-from jet_gym.statistics import Interval
+from jet_gym.utils.progress import Progress
+from jet_gym.utils.settings import require_within
+from jet_gym.utils.statistics import Interval
 
 Verdict = Literal["holds", "differs", "not tested"]
 

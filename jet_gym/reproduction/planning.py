@@ -10,7 +10,6 @@ from agents.genetic import INITIAL_PHASE, GeneticSettings
 from agents.planner import make_planner
 from agents.studies.claims import SLIGHTLY, ClaimsReport, measure_claims
 from agents.summary import PlanSummary, summarize
-from jet_gym.arrays import Array
 from jet_gym.balance_space import least_thrust_of_step
 from jet_gym.courses import DITCH_SPAN, PAPER
 from jet_gym.figures import plot_locomotion, plot_trajectories, png_bytes
@@ -18,9 +17,10 @@ from jet_gym.fitness import FitnessSettings
 from jet_gym.joint_torques import static_torques
 from jet_gym.plan import Plan
 from jet_gym.posture import evaluate_postures
-from jet_gym.progress import Progress
 from jet_gym.reproduction.model import Chapter, Claim, Picture, Settings, Table, listed, verdict, with_interval
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.progress import Progress
 
 PLANNERS = ("gas", "ga", "gaex")
 _NAMES = {"gas": "GAS", "ga": "GA", "gaex": "GAEx", "optimal": "optimum"}

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from jet_gym.progress import Progress
 from jet_gym.reproduction.model import Chapter, Settings, Table
 from jet_gym.robot import jet_hr1
+from jet_gym.utils.progress import Progress
 
 
 def robot_chapter(settings: Settings, report: Progress) -> Chapter:  # noqa: ARG001

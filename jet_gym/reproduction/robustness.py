@@ -7,12 +7,12 @@ from importlib.util import find_spec
 from agents.planner import make_planner
 from jet_gym.courses import PAPER
 from jet_gym.figures import plot_robustness, png_bytes
-from jet_gym.progress import Progress
 from jet_gym.reproduction.experiment import SUCCESS
 from jet_gym.reproduction.model import Chapter, Picture, Settings, Table
 from jet_gym.simulation import DisturbanceRanges
 from jet_gym.simulation.robustness import causes, success_rate
 from jet_gym.simulation.trials import Experiment, Trial, run_trials
+from jet_gym.utils.progress import Progress
 
 _NAMES = {"feedforward": "plan's thrust alone", "pid": "PID"}
 

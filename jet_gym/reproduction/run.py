@@ -12,9 +12,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from jet_gym import __version__
-from jet_gym.files import check_writable, write_whole
-from jet_gym.machine import machine
-from jet_gym.progress import Progress
 from jet_gym.reproduction.estimates import estimates_chapter
 from jet_gym.reproduction.experiment import experiment_chapter
 from jet_gym.reproduction.model import Chapter, Settings, Table
@@ -25,6 +22,9 @@ from jet_gym.reproduction.robustness import robustness_chapter
 from jet_gym.reproduction.smoothness import smoothness_chapter
 from jet_gym.reproduction.space import space_chapter
 from jet_gym.reproduction.timing import timing_chapter
+from jet_gym.utils.files import check_writable, write_whole
+from jet_gym.utils.machine import machine
+from jet_gym.utils.progress import Progress
 
 FORMAT = "jet-gym-reproduction/1"
 PAGE = "index.html"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from agents.studies.sweep import sweep_smoothness
 from jet_gym.figures import plot_smoothness_sweep, png_bytes
-from jet_gym.progress import Progress
 from jet_gym.reproduction.model import Chapter, Picture, Settings
+from jet_gym.utils.progress import Progress
 
 
 def smoothness_chapter(settings: Settings, report: Progress) -> Chapter:

@@ -7,8 +7,8 @@ import numpy as np
 from jet_gym.balance import BalanceSettings
 from jet_gym.balance_space import DIRECTIONS, BalanceSpace, compute_balance_space
 from jet_gym.figures import plot_balance_section, plot_balance_space, png_bytes
-from jet_gym.progress import Progress
 from jet_gym.reproduction.model import Chapter, Claim, Picture, Settings, Table, share_of, verdict
+from jet_gym.utils.progress import Progress
 
 _MODELS = {"assigned": "assigned ZMP (the paper's)", "least": "least thrust"}
 _SHARES = (1.0, 0.75, 0.5, 0.4, 0.3, 0.25)

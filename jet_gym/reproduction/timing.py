@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from agents.studies.calculation_time import PointTime, budget, measure_calculation_time
 from jet_gym.figures import plot_calculation_time, png_bytes
-from jet_gym.progress import Progress
 from jet_gym.reproduction.model import Chapter, Claim, Picture, Settings, Table, verdict
+from jet_gym.utils.progress import Progress
 
 _NAMES = {"gas": "GAS", "ga": "GA", "gaex": "GAEx"}
 

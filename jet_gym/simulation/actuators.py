@@ -7,12 +7,12 @@ from typing import Protocol
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.leg import SIDES, Side
 from jet_gym.simulation.body import RobotBody
 from jet_gym.simulation.disturbances import Disturbance
 from jet_gym.simulation.motion import CommandBlend, FanLag
 from jet_gym.simulation.settings import SimulationSettings
+from jet_gym.utils.arrays import Array
 
 _NO_THRUST = 1e-9  # [N] not worth a call
 

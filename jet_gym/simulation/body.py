@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jet_gym.arrays import Array
 from jet_gym.errors import RobotError
 from jet_gym.leg import SIDES, LegNames, Side, Vector
 from jet_gym.robot import Robot
 from jet_gym.simulation import rotation
 from jet_gym.simulation.rotation import Quaternion
 from jet_gym.simulation.settings import SimulationSettings
+from jet_gym.utils.arrays import Array
 
 
 class Pose(NamedTuple):

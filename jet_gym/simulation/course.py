@@ -18,8 +18,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jet_gym.arrays import Array
-from jet_gym.errors import StepError, require_within
+from jet_gym.errors import StepError
 from jet_gym.leg import SIDES, Side
 from jet_gym.plan import Plan
 from jet_gym.robot import Robot
@@ -31,6 +30,8 @@ from jet_gym.simulation.double_support import (
     soles_before,
     soles_with,
 )
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.settings import require_within
 
 PhaseKind = Literal["stand", "shift", "motion", "transition", "finish"]
 

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.leg import SIDES, Side, opposite
 from jet_gym.plan import Plan
 from jet_gym.robot import Robot
 from jet_gym.simulation.double_support import soles_after
 from jet_gym.simulation.landing import Landing, find_landings
 from jet_gym.simulation.support import nearest_edge
+from jet_gym.utils.arrays import Array
 
 _UPRIGHT = math.radians(3.0)  # a robot that falls was last upright when it tilted by less
 _BEFORE, _AFTER = 0.5, 0.1  # [s] around that moment the cause is looked for

@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jet_gym.errors import SettingsError, require_number, require_whole, require_within
+from jet_gym.errors import SettingsError
 from jet_gym.leg import Vector
+from jet_gym.utils.settings import require_number, require_whole, require_within
 
 LINKS = 13  # pelvis, then the six links of the left and of the right leg, from hip yaw to foot
 Range = tuple[float, float]

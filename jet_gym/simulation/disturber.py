@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.leg import SIDES
 from jet_gym.simulation.body import RobotBody
 from jet_gym.simulation.disturbances import Disturbance
 from jet_gym.simulation.settings import SimulationSettings
+from jet_gym.utils.arrays import Array
 
 _PELVIS = -1  # PyBullet's index of the base
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.kinematics import inverse_kinematics
 from jet_gym.leg import SIDES, Side, opposite
 from jet_gym.robot import Robot
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
 
 _HEIGHT_STEP = 0.005  # [m] by which a pelvis is lowered or raised until both legs reach
 

@@ -10,10 +10,9 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from jet_gym.errors import SettingsError, require_seed, require_within
+from jet_gym.errors import SettingsError
 from jet_gym.leg import Side
 from jet_gym.plan import Plan
-from jet_gym.progress import Progress
 from jet_gym.simulation.course import Course, CourseSettings, Phase, make_course
 from jet_gym.simulation.diagnosis import Demands
 from jet_gym.simulation.disturbances import Disturbance
@@ -22,6 +21,8 @@ from jet_gym.simulation.imu import Imu, ImuSettings
 from jet_gym.simulation.settings import SimulationSettings
 from jet_gym.simulation.thrust_control import AttitudeFeedback, PidSettings
 from jet_gym.simulation.world import World
+from jet_gym.utils.progress import Progress
+from jet_gym.utils.settings import require_seed, require_within
 
 ThrustControl = Literal["feedforward", "pid"]
 

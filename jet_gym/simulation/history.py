@@ -11,8 +11,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
-from jet_gym.files import write_whole
 from jet_gym.leg import SIDES, Side
 from jet_gym.plan import Plan
 from jet_gym.simulation.course import Course
@@ -20,6 +18,8 @@ from jet_gym.simulation.diagnosis import Demands, Summary, summarize
 from jet_gym.simulation.measurement import Measurement
 from jet_gym.simulation.support import support_margin
 from jet_gym.simulation.world import World
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.files import write_whole
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jet_gym.arrays import Array
-from jet_gym.errors import require_within
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.settings import require_within
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.leg import Side
 from jet_gym.plan import Plan
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from jet_gym.progress import Progress
 from jet_gym.simulation.course import make_course
 from jet_gym.simulation.disturbances import LINKS, Disturbance, DisturbanceRanges, Push
 from jet_gym.simulation.execution import ThrustControl
 from jet_gym.simulation.parallel import run_in_parallel
 from jet_gym.simulation.results_file import ResultsFile
 from jet_gym.simulation.trials import Experiment
+from jet_gym.utils.progress import Progress
 
 FACTORS = (1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0)
 """How much further than its range a disturbance reaches; at five times the thrust gain is off by half."""

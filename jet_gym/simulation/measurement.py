@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from jet_gym.arrays import Array
+from jet_gym.utils.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

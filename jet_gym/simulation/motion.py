@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.fans_and_servos import Fan
+from jet_gym.utils.arrays import Array
 
 
 class CommandBlend:

@@ -8,7 +8,7 @@ from contextlib import closing
 from time import monotonic
 from typing import Any, TypeVar
 
-from jet_gym.interrupts import call_in_worker
+from jet_gym.utils.interrupts import call_in_worker
 
 SAVE_EVERY = 5.0  # [s]
 Result = TypeVar("Result")

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.leg import Side
 from jet_gym.simulation.body import RobotBody
@@ -16,6 +15,7 @@ from jet_gym.simulation.rotation import roll_pitch_tilt
 from jet_gym.simulation.settings import SimulationSettings
 from jet_gym.simulation.support import support_margin
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
 from jet_gym.errors import JetGymError
-from jet_gym.files import write_whole
 from jet_gym.simulation.plain_data import from_plain
+from jet_gym.utils.files import write_whole
 
 Result = TypeVar("Result")
 

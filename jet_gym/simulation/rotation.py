@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from jet_gym.arrays import Array
+from jet_gym.utils.arrays import Array
 
 Quaternion = tuple[float, float, float, float]
 

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 
 from jet_gym.balance import GRAVITY
-from jet_gym.errors import require_whole, require_within
+from jet_gym.utils.settings import require_whole, require_within
 
 _MAY_BE_ZERO = {
     "sole_friction",

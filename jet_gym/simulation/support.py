@@ -8,11 +8,11 @@ from typing import Literal
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.ground import sole_corners
 from jet_gym.leg import Leg, Side
 from jet_gym.robot import Robot
 from jet_gym.simulation.body import Pose
+from jet_gym.utils.arrays import Array
 
 Edge = Literal["front", "rear", "inner", "outer"]
 

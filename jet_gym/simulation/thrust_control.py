@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jet_gym.arrays import Array
-from jet_gym.errors import require_within
 from jet_gym.fans_and_servos import Fan
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.leg import SIDES, Side
 from jet_gym.simulation.body import RobotBody
 from jet_gym.simulation.imu import ComplementaryFilter, Imu, ImuSample, RestCalibration
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.settings import require_within
 
 _LEAST_LEVER = 0.1  # [m]
 _LEVER_EVERY = 0.05  # [s] it changes slowly

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from jet_gym.plan import Plan
-from jet_gym.progress import Progress
 from jet_gym.simulation.course import make_course
 from jet_gym.simulation.disturbances import Disturbance, DisturbanceRanges
 from jet_gym.simulation.execution import ExecutionSettings, ThrustControl, execute
 from jet_gym.simulation.parallel import run_in_parallel
 from jet_gym.simulation.results_file import ResultsFile
 from jet_gym.simulation.settings import SimulationSettings
+from jet_gym.utils.progress import Progress
 
 CONTROLS: tuple[ThrustControl, ThrustControl] = ("feedforward", "pid")
 

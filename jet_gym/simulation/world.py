@@ -11,11 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jet_gym.arrays import Array, finite_array
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.leg import opposite
 from jet_gym.robot import Robot, jet_hr1
-from jet_gym.self_closing import SelfClosing
 from jet_gym.simulation.actuators import Actuators
 from jet_gym.simulation.body import Pose, RobotBody
 from jet_gym.simulation.bullet import configure, connect
@@ -28,6 +26,8 @@ from jet_gym.simulation.recorder import Footing, Recorder
 from jet_gym.simulation.rotation import from_yaw
 from jet_gym.simulation.settings import SimulationSettings
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array, finite_array
+from jet_gym.utils.self_closing import SelfClosing
 
 
 class World(SelfClosing):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.constraints import CONSTRAINT_NAMES, SEARCH_RANGE
 from jet_gym.fitness import FitnessSettings, fitness_of_postures
 from jet_gym.leg import opposite
 from jet_gym.plan import Plan
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
 
 
 def zmp_margin(step: Step, zmp: Array) -> Array:

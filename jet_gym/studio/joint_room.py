@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.robot import Robot
+from jet_gym.utils.arrays import Array
 
 NEAR_LIMIT = np.radians(12.0)  # [rad] from where on a joint is marked and named
 AT_LIMIT = np.radians(3.0)  # [rad] from where on its mark is red

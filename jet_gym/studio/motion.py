@@ -6,8 +6,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.plan import Plan
+from jet_gym.utils.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,9 @@ import warnings
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from jet_gym.self_closing import SelfClosing
 from jet_gym.studio.errors import PortInUseError, StudioError, ViserMissingError
 from jet_gym.studio.inputs import Inputs
+from jet_gym.utils.self_closing import SelfClosing
 
 if TYPE_CHECKING:
     from viser import ClientHandle, ViserServer

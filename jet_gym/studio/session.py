@@ -31,8 +31,8 @@ from jet_gym.studio.scene.stage import Stage
 if TYPE_CHECKING:
     from viser import ClientHandle
 
-    from jet_gym.arrays import Array
     from jet_gym.leg import Vector
+    from jet_gym.utils.arrays import Array
 
 _FIRST_SHOWN = 0.72  # share of the step's time that a page shows at first
 

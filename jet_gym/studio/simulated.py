@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from jet_gym.arrays import Array
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.leg import SIDES
 from jet_gym.plan import Plan
 from jet_gym.simulation.history import Execution
 from jet_gym.studio.motion import Motion, Pose
+from jet_gym.utils.arrays import Array
 
 _MOTION = "motion 1"  # the phase in which the plan's own step is made
 

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from jet_gym.progress import Progress
+from jet_gym.utils.progress import Progress
 
 Job = TypeVar("Job")
 Stale = Callable[[], bool]

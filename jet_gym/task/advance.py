@@ -6,9 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jet_gym import constraints
-from jet_gym.arrays import Array
 from jet_gym.balance import edge_undefined, outside_edge_polygon
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.fitness import FitnessParameters, fitness_terms
 from jet_gym.posture_block import (
     BLOCK,
@@ -58,6 +56,8 @@ from jet_gym.task.transition import (
     ZMP,
 )
 from jet_gym.trigonometry import arctangent
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
 
 
 @entry_point

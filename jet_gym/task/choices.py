@@ -22,15 +22,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceParameters, Point, Stance, assigned_thrust
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.edge_polygon import EdgeAxis, along_and_aside, edge_axis, half_width, point_in_world
 from jet_gym.posture_block import BLOCK, COM, GIVEN_PELVIS, evaluate_block, new_block, put, stance_in
 from jet_gym.single_support import SingleSupport, stance_between
 from jet_gym.task.observation import FIRST_POINT, OBSERVED_PELVIS, OBSERVED_SWING_SOLE
 from jet_gym.task.packing import unpack
 from jet_gym.task.pelvis_search import PelvisSearch, correct, differentiate, follow, give_way, new_pelvis_search
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
 
 THRUST, ASIDE, HEIGHT = 0, 1, 2
 IDLE = -0.7

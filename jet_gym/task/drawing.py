@@ -21,9 +21,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings, Stance
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.courses import CARTON_LENGTH, CARTON_WIDTH
 from jet_gym.fitness import FitnessSettings
 from jet_gym.leg import SIDES, Leg, Vector
@@ -51,6 +49,8 @@ from jet_gym.task.lanes import (
 )
 from jet_gym.task.packing import TaskNumbers, pack, unpack
 from jet_gym.task.settings import TaskSettings
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
 
 TRIES = 8  # draws that one block of random numbers holds
 NUMBERS = 10  # random numbers of one draw

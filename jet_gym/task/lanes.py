@@ -9,13 +9,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
-from jet_gym.compilation import inlined
 from jet_gym.leg import Vector
 from jet_gym.robot import Robot
 from jet_gym.step import Step
 from jet_gym.swing_path import arc_of
 from jet_gym.trigonometry import sine_cosine
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import inlined
 
 # Columns of the array; three of them where it is a position or a vector.
 SIDE, START, LANDING, SUPPORT, APEX, POINTS, POINT = 0, 1, 4, 7, 10, 11, 12

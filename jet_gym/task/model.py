@@ -11,7 +11,6 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings, ThrustModel
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
@@ -28,6 +27,7 @@ from jet_gym.task.packing import TaskNumbers, pack
 from jet_gym.task.settings import REWARD_TERMS, TaskSettings
 from jet_gym.task.transition import FITNESS, GRADED, GRADED_TERMS, Transition
 from jet_gym.task.transition import FITNESS_TERMS as FIRST_FITNESS_TERM
+from jet_gym.utils.arrays import Array
 
 Float32Space: TypeAlias = spaces.Space[NDArray[np.float32]]
 RewardForm = Literal["graded", "fitness"]

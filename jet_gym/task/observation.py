@@ -8,9 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.balance import Stance, edge_undefined
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.leg import Leg, Vector
 from jet_gym.posture_block import (
     BLOCK,
@@ -40,6 +38,8 @@ from jet_gym.task.lanes import (
 )
 from jet_gym.task.packing import unpack
 from jet_gym.trigonometry import arctangent
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
 
 
 class Component(NamedTuple):

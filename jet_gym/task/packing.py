@@ -6,15 +6,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceParameters
-from jet_gym.compilation import inlined
 from jet_gym.fitness import FitnessParameters
 from jet_gym.leg import Leg, Six
 from jet_gym.robot import Trunk
 from jet_gym.single_support import SingleSupport
 from jet_gym.task.lanes import three
 from jet_gym.task.settings import TaskParameters
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import inlined
 
 _LEG_NUMBERS = 80
 

@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jet_gym.arrays import Array
-from jet_gym.compilation import inlined
 from jet_gym.edge_polygon import edge_axis
 from jet_gym.leg_heights import hip_heights
 from jet_gym.posture_block import BLOCK, COM, GIVEN_PELVIS, Block, evaluate_block, new_block, stance_in
 from jet_gym.single_support import SingleSupport, hip_from_ankle
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import inlined
 
 _DIFFERENCE = 1e-5  # [m] of the derivatives
 _YIELDING = 0.5  # of what the legs miss, in each correction: a longer step would yield more than they need

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from jet_gym.errors import require_within
+from jet_gym.utils.settings import require_within
 
 REWARD_TERMS = (
     "thrust",

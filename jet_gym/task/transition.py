@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.constraints import CONSTRAINT_NAMES, violation_names
 from jet_gym.task.settings import REWARD_TERMS
+from jet_gym.utils.arrays import Array
 
 # Rows of the array; several of them where it is a position, a vector or a list of terms.
 JOINTS, CHOSEN_PELVIS, YAW, CENTER_OF_MASS, ZMP, ASSIGNED_ZMP, EDGE_ANGLE, ASKED_THRUST = (

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.errors import SettingsError
 from jet_gym.simulation.pictures.lens import Lens
+from jet_gym.utils.arrays import Array
 
 Pixels = NDArray[np.float32]
 

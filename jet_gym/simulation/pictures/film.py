@@ -10,10 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.errors import SettingsError, require_within
-from jet_gym.files import check_writable, write_whole_with
+from jet_gym.errors import SettingsError
 from jet_gym.leg import SIDES
-from jet_gym.progress import Progress
 from jet_gym.simulation.body import Pose
 from jet_gym.simulation.history import Execution
 from jet_gym.simulation.pictures.camera import CameraSettings
@@ -21,6 +19,9 @@ from jet_gym.simulation.pictures.encoding import require_encoder, write_mp4
 from jet_gym.simulation.pictures.overlay import Overlay
 from jet_gym.simulation.pictures.renderer import Renderer
 from jet_gym.simulation.world import World
+from jet_gym.utils.files import check_writable, write_whole_with
+from jet_gym.utils.progress import Progress
+from jet_gym.utils.settings import require_within
 
 SUFFIX = ".mp4"
 _VISIBLE_TILT = 1.0  # [degrees]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from jet_gym.compilation import inlined
 from jet_gym.leg import Vector
+from jet_gym.utils.compilation import inlined
 
 
 class Lens(NamedTuple):

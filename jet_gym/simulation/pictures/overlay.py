@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.ground import sole_corners
 from jet_gym.leg import opposite
 from jet_gym.simulation.pictures.camera import Camera
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from PIL.Image import Image

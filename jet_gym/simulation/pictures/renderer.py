@@ -8,11 +8,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.courses import CARTON_HEIGHT
-from jet_gym.errors import require_whole
 from jet_gym.robot import Robot, jet_hr1
-from jet_gym.self_closing import SelfClosing
 from jet_gym.simulation.errors import WorldStateError
 from jet_gym.simulation.pictures.camera import Camera, CameraSettings
 from jet_gym.simulation.pictures.overlay import Overlay, draw_overlay
@@ -20,6 +17,9 @@ from jet_gym.simulation.pictures.shading import FAR_AWAY, floor_of, shade
 from jet_gym.simulation.pictures.stage import Stage
 from jet_gym.simulation.world import World
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.self_closing import SelfClosing
+from jet_gym.utils.settings import require_whole
 
 _LIGHT = CameraSettings(
     azimuth=math.radians(-30.0),

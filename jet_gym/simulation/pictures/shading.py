@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
-from jet_gym.compilation import entry_point, inlined
 from jet_gym.ground import ditch_of
 from jet_gym.leg import Vector
 from jet_gym.simulation.pictures.lens import Lens, point_of, ray_of, seen_by
 from jet_gym.step import Step
+from jet_gym.utils.arrays import Array
+from jet_gym.utils.compilation import entry_point, inlined
 
 FAR_AWAY = 1e6  # [m] depth of nothing; compiled code takes no infinity
 

@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.robot import Robot
 from jet_gym.simulation.body import RobotBody
 from jet_gym.simulation.bullet import connect
 from jet_gym.simulation.cartons import Cartons
 from jet_gym.simulation.pictures.camera import Camera, Pixels
 from jet_gym.simulation.world import World
+from jet_gym.utils.arrays import Array
 
 
 class Shot(NamedTuple):

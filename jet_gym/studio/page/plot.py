@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.figures.style import GRID, INK
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from viser import GuiApi, GuiTabHandle, GuiUplotHandle

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.balance_space import BalanceSpace, compute_balance_space
 from jet_gym.figures.style import THRUST_COLOR
@@ -16,6 +15,7 @@ from jet_gym.leg import Side, Vector
 from jet_gym.robot import Robot
 from jet_gym.studio.scene.colors import rgb
 from jet_gym.studio.worker import LatestWorker, Stale, StaleError, give_up_if
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from viser import SceneApi

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.balance import BalanceSettings
 from jet_gym.figures.style import ACHIEVED_COLOR, INK, LEG_COLORS, LIMIT_COLOR, THRUST_COLOR
 from jet_gym.ground import sole_corners
@@ -16,6 +15,7 @@ from jet_gym.leg import opposite
 from jet_gym.step import Step
 from jet_gym.studio.motion import Pose
 from jet_gym.studio.scene.colors import rgb
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from viser import SceneApi

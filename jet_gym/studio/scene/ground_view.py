@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.ground import Carton, Ditch, cartons_of, ditch_of
 from jet_gym.leg import Vector
 from jet_gym.simulation.cartons import CARTON_COLOR, TAPE_COLOR, TAPE_WIDTH
 from jet_gym.step import Step
 from jet_gym.studio.inputs import FEET, Inputs
 from jet_gym.studio.scene.colors import rgb
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from viser import BoxHandle, LabelHandle, SceneApi

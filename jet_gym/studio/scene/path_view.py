@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.figures.style import INK, LEG_COLORS, LIMIT_COLOR
 from jet_gym.plan import Plan
 from jet_gym.step import Step
 from jet_gym.studio.scene.colors import Rgb, rgb
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from viser import FrameHandle, SceneApi

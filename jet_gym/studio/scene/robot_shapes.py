@@ -13,8 +13,8 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.arrays import Array
 from jet_gym.urdf import Urdf, read_pose, read_urdf
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from trimesh import Trimesh

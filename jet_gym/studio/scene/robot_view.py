@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jet_gym.arrays import Array
 from jet_gym.robot import Robot
 from jet_gym.studio.joint_room import AT_LIMIT, NEAR_LIMIT, room_to_limits
 from jet_gym.studio.motion import Pose
 from jet_gym.studio.scene.robot_shapes import Color, Shape, robot_tree
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from viser import FrameHandle, MeshHandle, SceneApi

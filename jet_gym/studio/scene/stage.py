@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
-from jet_gym.arrays import Array
 from jet_gym.figures.style import planner_style
 from jet_gym.plan import Plan
 from jet_gym.robot import Robot
@@ -17,6 +16,7 @@ from jet_gym.studio.scene.colors import rgb
 from jet_gym.studio.scene.ground_view import Dragged, GroundView
 from jet_gym.studio.scene.path_view import PathView
 from jet_gym.studio.scene.robot_view import RobotView
+from jet_gym.utils.arrays import Array
 
 if TYPE_CHECKING:
     from viser import SceneApi

@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from jet_gym.errors import JetGymError, SettingsError, require_within
+from jet_gym.errors import JetGymError, SettingsError
+from jet_gym.utils.settings import require_within
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,7 @@ import numpy as np
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 _FLAGS: dict[str, Any] = {"fastmath": {"nsz", "nnan", "ninf"}, "error_model": "numpy"}
-_ROOT = Path(__file__).resolve().parents[1]
+_ROOT = Path(__file__).resolve().parents[2]
 _PACKAGES = ("jet_gym", "agents")
 
 

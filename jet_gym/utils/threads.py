@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from typing import TypeVar
 
-from jet_gym.progress import Progress
+from jet_gym.utils.progress import Progress
 
 Share = TypeVar("Share")
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jet_gym.arrays import Array
+from jet_gym.utils.arrays import Array
 
 _RESAMPLES = 2000
 _CHUNK = 200  # resamples at a time
