@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Any
 
 import gymnasium as gym
@@ -88,6 +89,20 @@ def test_threads_do_not_change_a_bit() -> None:
         assert np.array_equal(ours[1], theirs[1])
     three.close()
     three.close()
+
+
+def test_ctrl_c_while_the_first_step_compiles_waits_for_no_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    batch, began = _batch(700, threads=3), []
+    batch.reset(seed=0)
+
+    def interrupted(*_: object) -> None:
+        began.append(threading.current_thread())
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(batch._model, "advance", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        batch.step(np.zeros((700, 3)))
+    assert began == [threading.main_thread()]
 
 
 def test_same_seed_same_episodes_and_a_lane_has_its_own() -> None:

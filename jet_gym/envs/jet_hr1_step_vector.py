@@ -89,8 +89,7 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
         self._over = np.ones(num_envs, dtype=np.bool_)  # lanes that wait for their reset
         self._generators: list[np.random.Generator] = [seeded_generator(None)[0] for _ in range(num_envs)]
         wanted = threads if threads is not None else min(available_cores(), num_envs // _LANES_PER_THREAD)
-        self._threads = max(1, wanted)
-        self._shares = np.array_split(np.arange(num_envs), self._threads)
+        self._shares = np.array_split(np.arange(num_envs), max(1, wanted))
         self._pool: ThreadPoolExecutor | None = None
         self._reset_once = False
 
@@ -122,7 +121,9 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
                 self._generators[lane] = seeded_generator(seeds[lane])[0]
         self._begin(np.flatnonzero(mask), step)
         self._reset_once = True
-        return self._observe(), {}
+        observations = self._model.empty_observations(self.num_envs)
+        self._model.observe(self._lanes, np.arange(self.num_envs), observations)
+        return observations, {}
 
     def step(self, actions: NDArray[np.float32]) -> tuple[Observations, Rewards, Flags, Flags, dict[str, Any]]:
         """Choose a posture in every lane.
@@ -234,11 +235,6 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
             self._lanes.begin(selected, step)
         self._elapsed[selected], self._over[selected] = 0, False
 
-    def _observe(self) -> Observations:
-        observations = self._model.empty_observations(self.num_envs)
-        self._in_threads(lambda share: self._model.observe(self._lanes, share, observations))
-        return observations
-
     def _infos(
         self, ending: NDArray[np.int64], waiting: NDArray[np.int64], terminations: Flags, success: Flags
     ) -> dict[str, Any]:
@@ -267,16 +263,23 @@ class JetHR1StepVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[A
         return _with_masks(values, present)
 
     def _in_threads(self, work: Callable[[NDArray[np.int64]], None]) -> None:
-        """Do work on shares of the lanes side by side."""
-        if self._threads == 1:
-            work(self._shares[0])
+        """Do work on shares of the lanes side by side.
+
+        At first the caller does its share alone: Ctrl-C ends what compiles there, and would wait for a thread.
+        """
+        mine, *others = self._shares
+        if not others:
+            work(mine)
             return
+        first = self._pool is None
         if self._pool is None:
-            self._pool = ThreadPoolExecutor(self._threads - 1, thread_name_prefix="jet_gym")
-        others = [self._pool.submit(work, share) for share in self._shares[1:]]
-        work(self._shares[0])
-        for other in others:
-            other.result()
+            work(mine)
+            self._pool = ThreadPoolExecutor(len(others), thread_name_prefix="jet_gym")
+        results = [self._pool.submit(work, share) for share in others]
+        if not first:
+            work(mine)
+        for result in results:
+            result.result()
 
 
 def _part(selected: NDArray[np.int64], share: NDArray[np.int64]) -> slice:
