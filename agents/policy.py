@@ -106,8 +106,8 @@ class PolicyPlanner(BatchPlanner):
         require_seed(seed)
         if not steps:
             return []
-        if any(step.robot is not self.task.robot for step in steps):
-            raise SettingsError(f"the policy was trained on {self.task.robot.name} and plans for no other robot")
+        for step in steps:
+            step.require_robot(self.task.robot)
         self._warm_up(steps[0])
         started = perf_counter()
         with _one_thread():

@@ -16,13 +16,14 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.balance import BalanceSettings
+from jet_gym.balance import BalanceSettings, ThrustModel
 from jet_gym.balance_exhaustion import NEVER, Exploration, explore_columns
+from jet_gym.errors import BalanceSpaceFileError
 from jet_gym.leg import Side, Six, Vector, opposite, six
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.single_support import single_support
@@ -134,21 +135,21 @@ class BalanceSpace:
         """Read a space from the npz file that :meth:`save` wrote.
 
         Raises:
-            ValueError: If the file is of another format or damaged.
+            BalanceSpaceFileError: If the file is of another format or damaged.
             OSError: If it cannot be read.
         """
         try:
             data = read_arrays(path)
         except ValueError as error:
-            raise ValueError(f"{path}: it is not an npz file, or damaged ({error})") from error
+            raise BalanceSpaceFileError(f"{path}: it is not an npz file, or damaged ({error})") from error
         if str(data.get("format")) != FORMAT:
-            raise ValueError(f"{path}: its format must be {FORMAT!r}, not {str(data.get('format'))!r}")
+            raise BalanceSpaceFileError(f"{path}: its format must be {FORMAT!r}, not {str(data.get('format'))!r}")
         try:
             return cls._from_arrays(data)
         except KeyError as error:
-            raise ValueError(f"{path}: its part {error} is missing") from error
+            raise BalanceSpaceFileError(f"{path}: its part {error} is missing") from error
         except (TypeError, ValueError) as error:
-            raise ValueError(f"{path}: it is damaged ({error})") from error
+            raise BalanceSpaceFileError(f"{path}: it is damaged ({error})") from error
 
     @classmethod
     def _from_arrays(cls, data: dict[str, NDArray[Any]]) -> BalanceSpace:
@@ -156,8 +157,11 @@ class BalanceSpace:
             if data[name].dtype.kind not in "iuf":
                 raise ValueError(f"its part {name!r} must be numbers")
         x, y, z = (float(value) for value in data["support"])
+        swing = str(data["swing"])
+        if swing not in ("left", "right"):
+            raise ValueError(f"its part 'swing' must be 'left' or 'right', not {swing!r}")
         settings = BalanceSettings(
-            thrust_model="least" if str(data["thrust_model"]) == "least" else "assigned",
+            thrust_model=cast(ThrustModel, str(data["thrust_model"])),
             zmp_margin=float(data["zmp_margin"]),
             edge_tolerance=float(data["edge_tolerance"]),
             max_thrust=float(data["max_thrust"]),
@@ -169,7 +173,7 @@ class BalanceSpace:
                 raise ValueError(f"its part {name!r} must be numbers of shape {wanted}")
         return cls(
             robot=str(data["robot"]),
-            swing="left" if str(data["swing"]) == "left" else "right",
+            swing=cast(Side, swing),
             support=(x, y, z),
             resolution=float(data["resolution"]),
             settings=settings,

@@ -21,6 +21,10 @@ class PlanFileError(JetGymError, ValueError):
     """A plan file that is damaged, of another format or not finite."""
 
 
+class BalanceSpaceFileError(JetGymError, ValueError):
+    """A file of a balance space that is damaged or of another format."""
+
+
 class PolicyFileError(JetGymError, ValueError):
     """A policy file that is damaged, not trusted, or made for another environment."""
 

@@ -207,7 +207,10 @@ def combined_mass(urdf: Urdf, moving_link: str, origin: Array) -> tuple[float, V
 def _foot_frame(urdf: Urdf, frame: str, foot: str) -> Array:
     """Return a frame's origin at zero posture; it must ride on the foot with its axes along the pelvis'."""
     if frame not in urdf.links:
-        raise RobotError(f"frame {frame}: it is not in {urdf.path.name}; name yours in FrameNames")
+        raise RobotError(
+            f"frame {frame}: {urdf.path.name} has no link of that name; tell load_robot what it is called, "
+            "names=FrameNames(left=LegNames(...), right=LegNames(...))"
+        )
     if urdf.moving_link(frame) != foot:
         raise RobotError(f"frame {frame}: it must be fixed to {foot}, the link of the ankle roll joint")
     pose = urdf.zero_poses[frame]

@@ -156,7 +156,10 @@ def _load_robot(path: Path, names: FrameNames, modified: int) -> Robot:
 def _read_robot(path: Path, names: FrameNames) -> Robot:
     urdf = read_urdf(path)
     if urdf.root != names.pelvis:
-        raise RobotError(f"the root link must be the pelvis, {names.pelvis!r}, but it is {urdf.root!r}")
+        raise RobotError(
+            f"the root link must be the pelvis, {names.pelvis!r}, but it is {urdf.root!r}; if that is the pelvis, "
+            f"call load_robot(..., names=FrameNames(pelvis={urdf.root!r}))"
+        )
     legs = (names.left, names.right)
     joint_names = (*names.left.joints, *names.right.joints)
     _refuse_other_movable_joints(urdf, joint_names)
@@ -197,7 +200,10 @@ def _read_only(values: Sequence[float]) -> Array:
 def _refuse_other_movable_joints(urdf: Urdf, leg_joints: Sequence[str]) -> None:
     for name in leg_joints:
         if name not in urdf.joints:
-            raise RobotError(f"joint {name}: it is not in {urdf.path.name}; name yours in FrameNames")
+            raise RobotError(
+                f"joint {name}: {urdf.path.name} has no joint of that name; tell load_robot what it is called, "
+                "names=FrameNames(left=LegNames(...), right=LegNames(...))"
+            )
         kind = urdf.joints[name].kind
         if kind not in ("revolute", "continuous"):
             raise RobotError(f"joint {name}: it is {kind}, but a leg needs it to turn")

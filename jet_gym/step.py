@@ -100,6 +100,15 @@ class Step:
         standing_height = NOMINAL_KNEE_BEND * self.robot.leg_length
         return np.array(nominal_pelvis(self.start, self.support, math.hypot(hip[0], hip[1]), standing_height))
 
+    def require_robot(self, robot: Robot) -> None:
+        """Refuse to be a step of another robot, or of one that was read from another file.
+
+        Raises:
+            StepError: With the files of both.
+        """
+        if self.robot is not robot:
+            raise StepError(f"the step is of the robot of {self.robot.urdf_path}, not of that of {robot.urdf_path}")
+
     def to_dict(self) -> dict[str, Any]:
         """Return the step as plain data, for JSON."""
         return {

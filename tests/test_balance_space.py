@@ -16,7 +16,7 @@ from jet_gym.balance_space import DIRECTIONS, BalanceSpace, compute_balance_spac
 from jet_gym.cli import run
 from jet_gym.constraints import EDGE_POLYGON
 from jet_gym.courses import PAPER
-from jet_gym.errors import SettingsError
+from jet_gym.errors import BalanceSpaceFileError, SettingsError
 from jet_gym.figures import plot_balance_section, plot_balance_space, save_figure
 from jet_gym.joint_torques import static_torques
 from jet_gym.posture import Postures, evaluate_postures
@@ -126,21 +126,28 @@ def test_another_file_is_refused(tmp_path: Path) -> None:
     np.savez(tmp_path / "other.npz", format="something/2")
     (tmp_path / "text.npz").write_text("no archive")
     for name in ("other.npz", "text.npz"):
-        with pytest.raises(ValueError, match=name):
+        with pytest.raises(BalanceSpaceFileError, match=name):
             BalanceSpace.load(tmp_path / name)
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("support", np.ones(3) * 1j), ("resolution", 1j), ("zmp_margin", "0.02")]
+    ("name", "value", "sentence"),
+    [
+        ("support", np.ones(3) * 1j, "its part 'support' must be numbers"),
+        ("resolution", 1j, "its part 'resolution' must be numbers"),
+        ("zmp_margin", "0.02", "its part 'zmp_margin' must be numbers"),
+        ("swing", "up", "its part 'swing' must be 'left' or 'right', not 'up'"),
+        ("thrust_model", "some", "thrust_model must be"),
+    ],
 )
-def test_settings_that_are_no_real_numbers_are_refused(
-    name: str, value: object, space: BalanceSpace, tmp_path: Path
+def test_settings_that_make_no_sense_are_refused(
+    name: str, value: object, sentence: str, space: BalanceSpace, tmp_path: Path
 ) -> None:
     space.save(tmp_path / "space.npz")
     with np.load(tmp_path / "space.npz") as file:
         content = dict(file) | {name: np.array(value)}
     np.savez(tmp_path / "space.npz", **content)
-    with pytest.raises(ValueError, match=f"its part '{name}' must be numbers"):
+    with pytest.raises(BalanceSpaceFileError, match=sentence):
         BalanceSpace.load(tmp_path / "space.npz")
 
 

@@ -108,7 +108,7 @@ MISFITS: dict[str, tuple[Edit, str]] = {
         put(f"{KNEE}/origin", xyz="0 0.02 0"),
         "joint left_knee_pitch: its axis coincides with that of the joint before it",
     ),
-    "no such joint": (put(KNEE, name="left_knee"), "joint left_knee_pitch: it is not in edited.urdf"),
+    "no such joint": (put(KNEE, name="left_knee"), "joint left_knee_pitch: edited.urdf has no"),
     "fixed knee": (put(KNEE, type="fixed"), "joint left_knee_pitch: it is fixed, but a leg needs it to turn"),
     "sliding knee": (put(KNEE, type="prismatic"), "joint left_knee_pitch: it is prismatic, but"),
     "a joint too many": (
@@ -147,7 +147,7 @@ MISFITS: dict[str, tuple[Edit, str]] = {
             put("link[@name='left_sole']", name="heel")(root),
             put("joint/child[@link='left_sole']", link="heel")(root),
         ),
-        "frame left_sole: it is not in edited.urdf",
+        "frame left_sole: edited.urdf has no",
     ),
     "no collision box": (
         drop("link[@name='left_foot']", "collision"),

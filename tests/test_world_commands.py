@@ -88,7 +88,7 @@ class TestCommands:
         other_file = tmp_path / "other.urdf"
         other_file.write_text(robot.urdf_path.read_text())
         step = replace(PAPER.side, robot=load_robot(other_file))
-        with pytest.raises(ValueError, match="made for jet_hr1"):
+        with pytest.raises(ValueError, match="not of that of"):
             world.reset(step, side_plan.joint_positions[0], side_plan.pelvis[0], 0.0)
 
 

@@ -106,7 +106,7 @@ class World(SelfClosing):
             WorldStateError: If the world is closed.
         """
         self._refuse_if_closed()
-        self._refuse_other_robot(step)
+        step.require_robot(self.robot)
         command, thrust = self._command(joint_positions), _finite(thrust, "thrust")
         pose = _level_pose(pelvis, pelvis_yaw)
         support = opposite(step.swing)
@@ -184,7 +184,7 @@ class World(SelfClosing):
             WorldStateError: If the world is closed or was not reset.
         """
         self._standing()
-        self._refuse_other_robot(step)
+        step.require_robot(self.robot)
         self._step_number += 1
         self.cartons.continue_with(step, self._disturber.disturbance.block_height(self._step_number))
         self.step = step
@@ -209,7 +209,7 @@ class World(SelfClosing):
             WorldStateError: If the world is closed.
         """
         self._refuse_if_closed()
-        self._refuse_other_robot(step)
+        step.require_robot(self.robot)
         self.step, self._footing, self._step_number = step, None, 0
         self.cartons.place(step, self._disturber.disturbance.block_height(0))
 
@@ -293,10 +293,6 @@ class World(SelfClosing):
     def _refuse_if_closed(self) -> None:
         if not self._open:
             raise WorldStateError("the world is closed; make a new one")
-
-    def _refuse_other_robot(self, step: Step) -> None:
-        if step.robot is not self.robot:
-            raise ValueError(f"the step is one of {step.robot.name}, but this world is made for {self.robot.name}")
 
 
 def _level_pose(pelvis: ArrayLike, pelvis_yaw: float) -> Pose:

@@ -222,6 +222,5 @@ class TaskModel:
     def _check_step(self, step: Step) -> Step:
         if not isinstance(step, Step):
             raise SettingsError(f"step must be a jet_gym.Step, not {type(step).__name__}")
-        if step.robot is not self.robot:
-            raise SettingsError(f"step must be for {self.robot.name}, but is for {step.robot.name}")
+        step.require_robot(self.robot)
         return step
