@@ -4,8 +4,8 @@ By exhaustion: for every place of the swing sole on a grid, every place of the p
 resolution. A posture balances *with* thrust if it meets the constraints (8) to (11) under the thrust model, and
 *without* if it meets (8) with the fan off and the centre of mass above the support sole, the margin away from its
 edge; eq. (10), which bounds how the thrust's line may tilt, says nothing then. The space with thrust contains that
-without. Places where the swing sole would stand on the support sole, seen from above, are left out, as
-:class:`~jet_gym.step.Step` refuses them; whether the legs collide is not looked at.
+without. Places where the swing sole would stand on the support sole, seen from above, are left out where
+:class:`~jet_gym.step.Step` would refuse them; whether the legs collide is not looked at.
 
 The same search also asks whether the servos can hold the posture: static joint torques from gravity, thrust and
 the ground's force against the joints' limits of effort, which no paper shows.
@@ -24,10 +24,11 @@ from numpy.typing import NDArray
 from jet_gym.balance import BalanceSettings, ThrustModel
 from jet_gym.balance_exhaustion import NEVER, Exploration, explore_columns
 from jet_gym.errors import BalanceSpaceFileError
-from jet_gym.leg import Side, Six, Vector, opposite, six
+from jet_gym.leg import Side, Six, Vector, six
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.single_support import single_support
-from jet_gym.step import Step
+from jet_gym.step import LARGEST_OVERLAP, Step
+from jet_gym.swing_path import feet_apart
 from jet_gym.utils.arrays import Array
 from jet_gym.utils.files import read_arrays, write_whole_with
 from jet_gym.utils.progress import Progress
@@ -220,7 +221,8 @@ def compute_balance_space(
     exploration = Exploration(numbers, *_efforts(robot, swing), support, resolution, fan_off_counts=True)
     x, y, z = _places(robot, support, resolution, lowest)
     places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    apart = np.flatnonzero(~_overlap(robot, swing, places - support[:2]))
+    soles = numbers.swing_leg.sole_rectangle, numbers.support_leg.sole_rectangle
+    apart = np.flatnonzero(feet_apart(*soles, *(places - support[:2]).T) >= -LARGEST_OVERLAP)
     thrust, held, share = (np.full((len(places), len(z)), NEVER) for _ in range(3))
 
     def explore(rows: NDArray[np.int64]) -> None:
@@ -298,15 +300,3 @@ def _places(robot: Robot, support: Vector, resolution: float, lowest: float) -> 
         range(math.ceil(lowest / resolution - 1e-9), math.ceil((span + feet) / resolution) + 1)
     )
     return support[0] + line, support[1] + line, support[2] + heights
-
-
-def _overlap(robot: Robot, swing: Side, away: Array) -> NDArray[np.bool_]:
-    """Tell where the swing sole, ``away`` (N, 2) [m] from the support sole, would stand on it."""
-    swing_leg, support_leg = robot.leg(swing), robot.leg(opposite(swing))
-    overlaps = np.ones(len(away), dtype=np.bool_)
-    for axis in range(2):
-        a_low, a_high = swing_leg.sole_rectangle[2 * axis : 2 * axis + 2]
-        b_low, b_high = support_leg.sole_rectangle[2 * axis : 2 * axis + 2]
-        shared = np.minimum(away[:, axis] + a_high, b_high) - np.maximum(away[:, axis] + a_low, b_low)
-        overlaps &= shared > 1e-9
-    return overlaps

@@ -13,7 +13,7 @@ import numpy as np
 from jet_gym.errors import StepError
 from jet_gym.leg import SIDES, Side, Vector, opposite
 from jet_gym.robot import Robot, jet_hr1
-from jet_gym.swing_path import PATH_CHECKS, Arc, arc_of, arc_points, nominal_pelvis
+from jet_gym.swing_path import PATH_CHECKS, Arc, arc_of, arc_points, feet_apart, nominal_pelvis
 from jet_gym.utils.arrays import Array
 
 NOMINAL_KNEE_BEND = 0.9  # height of the nominal pelvis above the soles over the leg length
@@ -21,7 +21,7 @@ _LEAST_STEP = 1e-3  # [m] start and landing closer than this are one place
 _FARTHEST = 100.0  # [m] from the world's origin
 _LOWEST_APEX = 1e-4  # [m]
 MOST_POINTS = 100_000
-_TOUCH = 1e-4  # [m] feet that overlap by less only touch
+LARGEST_OVERLAP = 1e-4  # [m] feet that overlap by no more only touch
 
 
 @dataclass(frozen=True)
@@ -127,14 +127,10 @@ class Step:
         arc, checks = self.arc, max(self.points, PATH_CHECKS)
         path = arc_points(arc, np.arange(checks) / (checks - 1))
         support = np.array(self.support)
-        ax_min, ax_max, ay_min, ay_max = swing_leg.sole_rectangle
-        bx_min, bx_max, by_min, by_max = support_leg.sole_rectangle
         dx, dy = (path - support)[:, 0], (path - support)[:, 1]
-        overlap_x = np.minimum(dx + ax_max, bx_max) - np.maximum(dx + ax_min, bx_min)
-        overlap_y = np.minimum(dy + ay_max, by_max) - np.maximum(dy + ay_min, by_min)
-        overlap = np.minimum(overlap_x, overlap_y)
+        overlap = -feet_apart(swing_leg.sole_rectangle, support_leg.sole_rectangle, dx, dy)
         worst = int(np.argmax(overlap))
-        if overlap[worst] > _TOUCH:
+        if overlap[worst] > LARGEST_OVERLAP:
             where = {0: "at the start", checks - 1: "at the landing"}.get(worst, "on the way")
             raise StepError(
                 f"the feet overlap {where}: the swing sole at "

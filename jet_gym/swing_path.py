@@ -7,7 +7,7 @@ compile those of scalars.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from jet_gym.utils.arrays import Array
 
 PATH_CHECKS = 60  # places along an arc, at least, at which the feet are held against each other
 _VERTICAL = 1e-9  # [m] a chord with a shorter shadow is vertical
+
+Edges = tuple[float, float, float, float]  # [m] x_min, x_max, y_min, y_max of a sole, from its frame
+Distances = TypeVar("Distances", float, Array)
 
 
 class Arc(NamedTuple):
@@ -65,6 +68,21 @@ def arc_points(arc: Arc, fractions: Array) -> Array:
     points: Array = arc.center + np.outer(np.sin(angles), arc.along) + np.outer(np.cos(angles), arc.up)
     points[fractions <= 0.0], points[fractions >= 1.0] = arc.start, arc.landing
     return points
+
+
+def feet_apart(swing: Edges, support: Edges, dx: Distances, dy: Distances) -> Distances:
+    """Return how far the soles are apart along x or y, whichever is more [m]; negative where they overlap.
+
+    Args:
+        swing: The swing sole.
+        support: The support sole.
+        dx: From the support sole's frame to the swing sole's, along x [m].
+        dy: Likewise along y [m].
+    """
+    apart_x = np.maximum(support[0] - (dx + swing[1]), dx + swing[0] - support[1])
+    apart_y = np.maximum(support[2] - (dy + swing[3]), dy + swing[2] - support[3])
+    apart: Distances = np.maximum(apart_x, apart_y)
+    return apart
 
 
 def nominal_pelvis(start: Vector, support: Vector, hip_offset: float, standing_height: float) -> Vector:

@@ -10,13 +10,13 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from jet_gym import Robot
+from jet_gym import Robot, Step
 from jet_gym.balance import BalanceSettings
 from jet_gym.balance_space import DIRECTIONS, BalanceSpace, compute_balance_space, least_thrust_of_step
 from jet_gym.cli import run
 from jet_gym.constraints import EDGE_POLYGON
 from jet_gym.courses import PAPER
-from jet_gym.errors import BalanceSpaceFileError, SettingsError
+from jet_gym.errors import BalanceSpaceFileError, SettingsError, StepError
 from jet_gym.figures import plot_balance_section, plot_balance_space, save_figure
 from jet_gym.joint_torques import static_torques
 from jet_gym.posture import Postures, evaluate_postures
@@ -55,6 +55,21 @@ def _plainly(robot: Robot, space: BalanceSpace, settings: BalanceSettings) -> tu
                     share[i, j, k] = min(part for _, part in found)
                     held[i, j, k] = min((newtons for newtons, part in found if part <= 1.0), default=math.nan)
     return thrust, held, share
+
+
+@pytest.mark.parametrize("gap", [0.09995, 0.0998])
+def test_places_count_where_a_step_may_stand(robot: Robot, gap: float) -> None:
+    """Soles, 0.1 m wide, that overlap by 0.05 mm only touch; by 0.2 mm they do not."""
+    space = compute_balance_space(gap, BalanceSettings(thrust_model="least"))
+    support = space.support
+    beside = int(np.flatnonzero(np.abs(space.y - support[1] - gap) < 1e-9)[0])
+    found = np.isfinite(space.thrust[np.abs(space.x - support[0]) < 1e-9, beside]).any()
+    allowed = True
+    try:
+        Step("left", (support[0], float(space.y[beside]), 0.0), (0.3, 0.2, 0.0), support, robot=robot)
+    except StepError:
+        allowed = False
+    assert found == allowed == (gap == 0.09995)
 
 
 @pytest.mark.parametrize(("model", "swing", "margin"), [("assigned", "left", 0.02), ("least", "right", 0.01)])

@@ -15,6 +15,8 @@ from hypothesis import strategies as st
 
 from jet_gym import Step, courses
 from jet_gym.errors import StepError
+from jet_gym.step import LARGEST_OVERLAP
+from jet_gym.swing_path import feet_apart
 from jet_gym.utils.arrays import Array
 
 SIDE = {"swing": "left", "start": (0.0, 0.1125, 0.0), "landing": (0.0, 0.34, 0.0), "support": (0.0, -0.1125, 0.0)}
@@ -212,6 +214,46 @@ def test_a_step_error_is_a_value_error() -> None:
 def test_feet_side_by_side_or_one_before_the_other_are_allowed(gap: float, ahead: float) -> None:
     at = step(start=(ahead, gap - 0.1125, 0.0), landing=(ahead + 0.1, gap, 0.0))
     assert at.start[1] == pytest.approx(gap - 0.1125)
+
+
+def _share_ground(one: list[float], other: list[float]) -> bool:
+    """Tell whether two rectangles x_min, x_max, y_min, y_max have ground in common."""
+    return all(max(one[k], other[k]) < min(one[k + 1], other[k + 1]) for k in (0, 2))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_soles_are_apart_as_far_as_they_have_to_move_or_to_grow_to_touch(seed: int) -> None:
+    """Soles of any sizes: where they overlap, the shortest way out; otherwise twice what each may grow."""
+    generator = np.random.default_rng(seed)
+    swing, support = (np.sort(generator.uniform(-0.1, 0.1, (2, 2))).ravel().tolist() for _ in range(2))
+    dx, dy = generator.uniform(-0.15, 0.15, (2, 300))
+    apart = feet_apart(tuple(swing), tuple(support), dx, dy)
+    assert (apart < 0.0).any()
+    assert (apart > 0.0).any()
+    for x, y, distance in zip(dx.tolist(), dy.tolist(), apart.tolist(), strict=True):
+        assert feet_apart(tuple(swing), tuple(support), x, y) == distance
+
+        def touch(by: float, x: float = x, y: float = y, distance: float = distance) -> bool:
+            if distance > 0.0:
+                grown = [0.5 * by * distance * sign for sign in (-1.0, 1.0, -1.0, 1.0)]
+                at = np.add(swing, [x, x, y, y]) + grown
+                return _share_ground(at.tolist(), np.add(support, grown).tolist())
+            ways = [(x + by * distance, y), (x - by * distance, y), (x, y + by * distance), (x, y - by * distance)]
+            return all(_share_ground(np.add(swing, [a, a, b, b]).tolist(), support) for a, b in ways)
+
+        assert touch(0.999) == (distance < 0.0)
+        assert touch(1.001) == (distance > 0.0)
+
+
+@pytest.mark.parametrize(("share", "allowed"), [(0.9, True), (1.1, False)])
+def test_soles_may_overlap_by_what_counts_as_touching(share: float, allowed: bool) -> None:
+    gap = 0.1 - share * LARGEST_OVERLAP
+    changes = {"start": (0.0, gap - 0.1125, 0.0), "landing": (0.3, gap, 0.0)}
+    if allowed:
+        step(**changes)
+    else:
+        with pytest.raises(StepError, match="the feet overlap at the start"):
+            step(**changes)
 
 
 # ---------------------------------------------------------------------- the paper's course

@@ -29,7 +29,7 @@ from jet_gym.posture_state import posture_at
 from jet_gym.robot import Robot, jet_hr1
 from jet_gym.single_support import SingleSupport, hip_from_ankle, single_support, stance_between, straight_length
 from jet_gym.step import NOMINAL_KNEE_BEND, Step
-from jet_gym.swing_path import PATH_CHECKS, nominal_pelvis
+from jet_gym.swing_path import PATH_CHECKS, feet_apart, nominal_pelvis
 from jet_gym.task.lanes import (
     APEX,
     ATTITUDE,
@@ -64,7 +64,7 @@ _HEIGHTS = 8  # that the check tries
 _THRUSTS = 6  # likewise
 _CORRECTIONS = 4  # of the pelvis, for each height and thrust
 
-_nominal_pelvis = inlined(nominal_pelvis)
+_feet_apart, _nominal_pelvis = inlined(feet_apart), inlined(nominal_pelvis)
 
 
 class Drawer(Protocol):
@@ -194,25 +194,17 @@ def _feasible(robot: SingleSupport, row: Array) -> bool:
     dx, dy, dz = landing[0] - start[0], landing[1] - start[1], landing[2] - start[2]
     if dx * dx + dy * dy + dz * dz < _LEAST_STEP * _LEAST_STEP:
         return False
+    soles = robot.swing_leg.sole_rectangle, robot.support_leg.sole_rectangle
     checks, apart = max(int(last) + 1, PATH_CHECKS), 1e300
     for k in range(checks):
-        apart = min(apart, _distance(robot, swing_sole(row, k / (checks - 1)), support))
-    if apart < 0.0:
+        x, y, _ = swing_sole(row, k / (checks - 1))
+        apart = min(apart, _feet_apart(*soles, x - support[0], y - support[1]))
+    if apart < 0.0:  # a drawn step keeps clear of what a Step may overlap by
         return False
     for point in (last, last // 2, 0.0):
         if not _posture_exists(robot, stance_between(robot, swing_sole(row, point / last), support)):
             return False
     return True
-
-
-@inlined
-def _distance(robot: SingleSupport, swing_sole: Vector, support_sole: Vector) -> float:
-    """Return how far the feet are apart along x or y, whichever is more [m]; negative where they overlap."""
-    a, b = robot.swing_leg.sole_rectangle, robot.support_leg.sole_rectangle
-    dx, dy = swing_sole[0] - support_sole[0], swing_sole[1] - support_sole[1]
-    apart_x = max(b[0] - (dx + a[1]), dx + a[0] - b[1])
-    apart_y = max(b[2] - (dy + a[3]), dy + a[2] - b[3])
-    return max(apart_x, apart_y)
 
 
 @entry_point
