@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from jet_gym.balance import Point, Stance, least_thrust
+from jet_gym.balance import Point, Stance, least_thrust, zmp_of
 from jet_gym.constraints import JOINT_LIMITS, REACH
 from jet_gym.joint_torques import largest_share, leg_torques
 from jet_gym.leg import Leg, Six, Vector
 from jet_gym.posture_state import posture_at
-from jet_gym.single_support import SingleSupport, stance_between
+from jet_gym.single_support import SingleSupport, pelvis_over, stance_between
 from jet_gym.utils.arrays import Array
 from jet_gym.utils.compilation import entry_point, inlined
 
@@ -80,8 +80,8 @@ def _explore(exploration: Exploration, swing_sole: Vector, block: _Block) -> Vec
     robot, origin, spacing = exploration.robot, exploration.support_sole, exploration.spacing
     swing_leg, support_leg, candidates = robot.swing_leg, robot.support_leg, block.candidates
     stance, lowest = stance_between(robot, swing_sole, origin), max(swing_sole[2], origin[2])
-    ax, ay, az = _pelvis_over(swing_leg, stance, stance.swing_ankle)
-    bx, by, bz = _pelvis_over(support_leg, stance, stance.support_ankle)
+    ax, ay, az = pelvis_over(swing_leg, stance, stance.swing_ankle)
+    bx, by, bz = pelvis_over(support_leg, stance, stance.support_ankle)
     swing_reach, support_reach = _squared_reach(swing_leg), _squared_reach(support_leg)
     a, b = math.sqrt(swing_reach), math.sqrt(support_reach)
     found = np.full(3, NEVER)
@@ -111,17 +111,6 @@ def _explore(exploration: Exploration, swing_sole: Vector, block: _Block) -> Vec
     if count > 0:
         _judge(exploration, stance, block, count, found)
     return found[0], found[1], found[2]
-
-
-@inlined
-def _pelvis_over(leg: Leg, stance: Stance, ankle: Vector) -> Vector:
-    """Return where the pelvis origin is when the hip is at the ankle [m]."""
-    c, s = stance.cos_yaw, stance.sin_yaw
-    return (
-        ankle[0] - (c * leg.hip[0] - s * leg.hip[1]),
-        ankle[1] - (s * leg.hip[0] + c * leg.hip[1]),
-        ankle[2] - leg.hip[2],
-    )
 
 
 @inlined
@@ -177,14 +166,13 @@ def _torque_share(exploration: Exploration, stance: Stance, pelvis: Vector, com:
     state = posture_at(exploration.robot, stance, pelvis)
     c, s = stance.cos_yaw, stance.sin_yaw
     fan_x, fan_y = stance.fan[0] - pelvis[0], stance.fan[1] - pelvis[1]
-    ground = balance.weight - thrust
-    zmp_x = (balance.weight * com[0] - thrust * stance.fan[0]) / ground - pelvis[0]  # eqs (1) and (2)
-    zmp_y = (balance.weight * com[1] - thrust * stance.fan[1]) / ground - pelvis[1]
+    zmp = zmp_of(balance.weight, com[0], com[1], stance.fan, thrust)
+    zmp_x, zmp_y = zmp[0] - pelvis[0], zmp[1] - pelvis[1]
     of_swing = leg_torques(
         swing_leg, state.swing_cosines, state.swing_sines, thrust, (c * fan_x + s * fan_y, c * fan_y - s * fan_x)
     )
     of_support = leg_torques(
-        support_leg, state.support_cosines, state.support_sines, ground,
+        support_leg, state.support_cosines, state.support_sines, balance.weight - thrust,
         (c * zmp_x + s * zmp_y, c * zmp_y - s * zmp_x),
     )  # fmt: skip
     share_of_swing = largest_share(of_swing, exploration.swing_effort)

@@ -66,6 +66,17 @@ def hip_from_ankle(leg: Leg, stance: Stance, ankle: Vector, pelvis: Vector) -> V
 
 
 @inlined
+def pelvis_over(leg: Leg, stance: Stance, ankle: Vector) -> Vector:
+    """Return where the pelvis is [m] when the hip of a leg is at its ankle; world axes."""
+    c, s, hip = stance.cos_yaw, stance.sin_yaw, leg.hip
+    return (
+        ankle[0] - (c * hip[0] - s * hip[1]),
+        ankle[1] - (s * hip[0] + c * hip[1]),
+        ankle[2] - hip[2],
+    )
+
+
+@inlined
 def straight_length(leg: Leg) -> float:
     """Return the distance from hip to ankle of a straight leg [m], whose knee is not aside."""
     thigh = math.sqrt(leg.thigh[0] ** 2 + leg.thigh[1] ** 2 + leg.thigh[2] ** 2)

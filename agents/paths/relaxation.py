@@ -11,11 +11,11 @@ import math
 import numpy as np
 
 from agents.paths.cost import FAR, SearchModel, SwingPoints, stance_at
-from jet_gym.balance import Stance
+from jet_gym.balance import Stance, edge_vectors
 from jet_gym.kinematics import within_limits
 from jet_gym.leg import Leg, Vector
 from jet_gym.posture_state import posture_at
-from jet_gym.single_support import straight_length
+from jet_gym.single_support import pelvis_over, straight_length
 from jet_gym.utils.arrays import Array
 from jet_gym.utils.compilation import entry_point, inlined
 
@@ -63,12 +63,10 @@ def _relaxed_cost(model: SearchModel, stance: Stance, relaxation: float, pelvis:
     fitness, state = model.fitness, posture_at(model.robot, stance, pelvis)
     com_x, com_y, _ = state.center_of_mass
     zx, zy = stance.assigned_zmp
-    ux, uy = com_x - zx, com_y - zy
-    vx, vy = stance.swing_ankle[0] - com_x, stance.swing_ankle[1] - com_y
+    sine, cosine, _ = edge_vectors(stance, com_x, com_y)
     wx, wy = stance.swing_ankle[0] - zx, stance.swing_ankle[1] - zy
     missing = relaxation * np.sqrt(wx * wx + wy * wy)
-    sine, cosine = abs(vx * uy - vy * ux), ux * vx + uy * vy
-    in_polygon = (sine - balance.edge_slope * max(cosine, 0.0) <= missing) & (cosine >= -missing)
+    in_polygon = (abs(sine) - balance.edge_slope * max(cosine, 0.0) <= missing) & (cosine >= -missing)
 
     fx, fy = stance.fan[0] - zx, stance.fan[1] - zy
     thrust_error = relaxation * balance.weight / max(np.sqrt(fx * fx + fy * fy), relaxation)
@@ -109,12 +107,7 @@ def reach_boxes(model: SearchModel, points: SwingPoints, relaxation: float, boxe
 @inlined
 def _cut(box: Array, leg: Leg, stance: Stance, ankle: Vector, relaxation: float) -> None:
     """Cut a box down to where a leg reaches its ankle, the hip above it."""
-    c, s, hip = stance.cos_yaw, stance.sin_yaw, leg.hip
-    centre = (
-        ankle[0] - c * hip[0] + s * hip[1],
-        ankle[1] - s * hip[0] - c * hip[1],
-        ankle[2] - hip[2],
-    )
+    centre = pelvis_over(leg, stance, ankle)
     reach = straight_length(leg) + relaxation
     for axis in range(3):
         box[0, axis] = max(box[0, axis], centre[axis] - (reach if axis < 2 else 0.0))
