@@ -26,7 +26,7 @@ from agents.planner import BatchPlanner
 from jet_gym.errors import PolicyFileError, SettingsError
 from jet_gym.plan import Plan
 from jet_gym.step import Step
-from jet_gym.task.drawing import LEAST_POINTS, MOST_POINTS
+from jet_gym.task.drawing import LEAST_DRAWN_POINTS, MOST_DRAWN_POINTS
 from jet_gym.utils.arrays import Array
 from jet_gym.utils.progress import Progress
 from jet_gym.utils.settings import require_seed
@@ -135,8 +135,8 @@ class PolicyPlanner(BatchPlanner):
         """Return the policy's pelvis paths; of a step with other than the points it knows, interpolated."""
         known = [
             step
-            if LEAST_POINTS <= step.points <= MOST_POINTS
-            else replace(step, points=min(max(step.points, LEAST_POINTS), MOST_POINTS))
+            if LEAST_DRAWN_POINTS <= step.points <= MOST_DRAWN_POINTS
+            else replace(step, points=min(max(step.points, LEAST_DRAWN_POINTS), MOST_DRAWN_POINTS))
             for step in steps
         ]
         paths = self._walk(known, lambda _, seen, __: self.network.act(seen, self.task))

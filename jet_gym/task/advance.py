@@ -45,10 +45,10 @@ from jet_gym.task.transition import (
     CENTER_OF_MASS,
     CHOSEN_PELVIS,
     EDGE_ANGLE,
+    FIRST_FITNESS_TERM,
+    FIRST_GRADED_TERM,
     FITNESS,
-    FITNESS_TERMS,
     GRADED,
-    GRADED_TERMS,
     JOINTS,
     TRANSITION_ROWS,
     VIOLATIONS,
@@ -181,8 +181,8 @@ def _judge(
     for i in range(BLOCK):
         violations, thrust = block.violations[i], found[FOUND_THRUST, i]
         f1, f2, f3, f4 = fitness_terms(fitness, violations, thrust, moved_squared[i])
-        result[FITNESS_TERMS, i], result[FITNESS_TERMS + 1, i] = f1, f2
-        result[FITNESS_TERMS + 2, i], result[FITNESS_TERMS + 3, i] = f3, f4
+        result[FIRST_FITNESS_TERM, i], result[FIRST_FITNESS_TERM + 1, i] = f1, f2
+        result[FIRST_FITNESS_TERM + 2, i], result[FIRST_FITNESS_TERM + 3, i] = f3, f4
         result[FITNESS, i] = f1 + f2 + f3 + f4
 
         stance = stance_in(block.given, i)
@@ -197,9 +197,10 @@ def _judge(
         t4 = _cost(task, violations, constraints.THRUST, over_thrust)
         t5 = _cost(task, violations, constraints.EDGE_POLYGON, over_edge / task.edge_scale)
         t6 = _cost(task, violations, constraints.ZMP, outside / task.zmp_scale)
-        result[GRADED_TERMS, i], result[GRADED_TERMS + 1, i], result[GRADED_TERMS + 2, i] = t0, t1, t2
-        result[GRADED_TERMS + 3, i], result[GRADED_TERMS + 4, i] = t3, t4
-        result[GRADED_TERMS + 5, i], result[GRADED_TERMS + 6, i] = t5, t6
+        result[FIRST_GRADED_TERM, i], result[FIRST_GRADED_TERM + 1, i] = t0, t1
+        result[FIRST_GRADED_TERM + 2, i], result[FIRST_GRADED_TERM + 3, i] = t2, t3
+        result[FIRST_GRADED_TERM + 4, i] = t4
+        result[FIRST_GRADED_TERM + 5, i], result[FIRST_GRADED_TERM + 6, i] = t5, t6
         result[GRADED, i] = t0 + t1 + t2 + t3 + t4 + t5 + t6
 
 

@@ -53,8 +53,8 @@ from jet_gym.utils.arrays import Array
 from jet_gym.utils.compilation import entry_point, inlined
 
 TRIES = 8  # draws that one block of random numbers holds
-NUMBERS = 10  # random numbers of one draw
-LEAST_POINTS, MOST_POINTS = 30, 60
+NUMBERS = 10  # of one draw; the last is not used, and dropping it would change every drawn step
+LEAST_DRAWN_POINTS, MOST_DRAWN_POINTS = 30, 60
 
 _STANCE = 0.225  # [m] between the soles, aside: the paper's Fig. 5
 _FURTHEST = 0.8  # [m] from the support sole to the landing
@@ -130,11 +130,11 @@ def draw_random_steps(
 
 @entry_point
 def draw_steps(
-    task: Array,
+    numbers: Array,
     difficulty: float,
     hip_offset: float,
     standing_height: float,
-    numbers: Array,
+    uniform: Array,
     lanes: Array,
     selected: NDArray[np.int64],
     drawn: NDArray[np.bool_],
@@ -142,20 +142,20 @@ def draw_steps(
     """Begin the first feasible of some random steps in each selected lane.
 
     Args:
-        task: The task with left and with right swing, each packed (2, ...).
+        numbers: The task with left and with right swing, each packed (2, ...).
         difficulty: From 0 to 1.
         hip_offset: Horizontal distance from the pelvis origin to a hip [m].
         standing_height: Height of the nominal pelvis above the soles [m].
-        numbers: Uniform random numbers (M, TRIES, NUMBERS) in [0, 1).
+        uniform: Uniform random numbers (M, TRIES, NUMBERS) in [0, 1).
         lanes: The lanes (N, LANE_WIDTH).
         selected: Lanes to begin (M,).
         drawn: Receives whether one of the tries was feasible (M,).
     """
-    left_swings, right_swings = unpack(task[0]).robot, unpack(task[1]).robot
+    left_swings, right_swings = unpack(numbers[0]).robot, unpack(numbers[1]).robot
     for i in range(len(selected)):
         row = lanes[selected[i]]
-        for attempt in range(numbers.shape[1]):
-            _propose(difficulty, numbers[i, attempt], row)
+        for attempt in range(uniform.shape[1]):
+            _propose(difficulty, uniform[i, attempt], row)
             if _feasible(left_swings if row[SIDE] > 0.0 else right_swings, row):
                 pelvis = _nominal_pelvis(three(row, START), three(row, SUPPORT), hip_offset, standing_height)
                 row[PELVIS], row[PELVIS + 1], row[PELVIS + 2] = pelvis
@@ -167,7 +167,7 @@ def draw_steps(
 
 @inlined
 def _propose(difficulty: float, u: Array, row: Array) -> None:
-    """Write the step that ten random numbers stand for into a lane."""
+    """Write the step that nine random numbers stand for into a lane."""
     side = 1.0 if u[0] < 0.5 else -1.0
     support_y = -0.5 * side * _STANCE
     start_x = 0.16 * (u[1] - 0.5) * difficulty
@@ -183,7 +183,7 @@ def _propose(difficulty: float, u: Array, row: Array) -> None:
     row[START], row[START + 1], row[START + 2] = start_x, support_y + side * start_y, start_z
     row[LANDING], row[LANDING + 1], row[LANDING + 2] = landing_x, support_y + side * landing_y, landing_z
     row[APEX] = 0.05 + 0.07 * u[7]
-    row[POINTS] = LEAST_POINTS + int((MOST_POINTS + 1 - LEAST_POINTS) * u[8])
+    row[POINTS] = LEAST_DRAWN_POINTS + int((MOST_DRAWN_POINTS + 1 - LEAST_DRAWN_POINTS) * u[8])
     lay_arc(row)
 
 

@@ -24,14 +24,12 @@ from jet_gym.task.drawing import Drawer, StepDrawer
 from jet_gym.task.lanes import Lanes
 from jet_gym.task.observation import HIGH, LOW, observe
 from jet_gym.task.packing import TaskNumbers, pack
-from jet_gym.task.settings import REWARD_TERMS, TaskSettings
-from jet_gym.task.transition import FITNESS, GRADED, GRADED_TERMS, Transition
-from jet_gym.task.transition import FITNESS_TERMS as FIRST_FITNESS_TERM
+from jet_gym.task.settings import FITNESS_TERMS, REWARD_TERMS, TaskSettings
+from jet_gym.task.transition import FIRST_FITNESS_TERM, FIRST_GRADED_TERM, FITNESS, GRADED, Transition
 from jet_gym.utils.arrays import Array
 
 Float32Space: TypeAlias = spaces.Space[NDArray[np.float32]]
 RewardForm = Literal["graded", "fitness"]
-FITNESS_TERMS = ("f1", "f2", "f3", "f4")
 
 
 @functools.cache
@@ -200,7 +198,7 @@ class TaskModel:
     def reward_and_terms(self, numbers: list[float]) -> tuple[float, dict[str, float]]:
         """Return the reward of a lane whose transition is given as plain numbers, and its terms by name."""
         if self.reward == "graded":
-            *terms, reward = numbers[GRADED_TERMS : GRADED + 1]
+            *terms, reward = numbers[FIRST_GRADED_TERM : GRADED + 1]
         else:
             *terms, reward = (value / -self.fitness_scale for value in numbers[FIRST_FITNESS_TERM : FITNESS + 1])
         return reward, dict(zip(self.reward_names, terms, strict=True))

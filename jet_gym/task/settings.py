@@ -8,6 +8,9 @@ from typing import NamedTuple
 
 from jet_gym.utils.settings import require_within
 
+FITNESS_TERMS = ("f1", "f2", "f3", "f4")
+"""Names of the terms of the fitness, eq. (15), which is their sum."""
+
 REWARD_TERMS = (
     "thrust",
     "smoothness",

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jet_gym.constraints import CONSTRAINT_NAMES, violation_names
-from jet_gym.task.settings import REWARD_TERMS
+from jet_gym.task.settings import FITNESS_TERMS, REWARD_TERMS
 from jet_gym.utils.arrays import Array
 
 # Rows of the array; several of them where it is a position, a vector or a list of terms.
@@ -22,8 +22,10 @@ JOINTS, CHOSEN_PELVIS, YAW, CENTER_OF_MASS, ZMP, ASSIGNED_ZMP, EDGE_ANGLE, ASKED
     23,
     24,
 )
-FITNESS_TERMS, FITNESS, GRADED_TERMS = 25, 29, 30
-GRADED = GRADED_TERMS + len(REWARD_TERMS)
+FIRST_FITNESS_TERM = 25
+FITNESS = FIRST_FITNESS_TERM + len(FITNESS_TERMS)
+FIRST_GRADED_TERM = FITNESS + 1
+GRADED = FIRST_GRADED_TERM + len(REWARD_TERMS)
 VIOLATIONS, TRANSITION_ROWS = GRADED + 1, GRADED + 2
 
 _NAMES_OF_FLAGS = np.empty(2 * max(CONSTRAINT_NAMES), dtype=object)
@@ -65,9 +67,9 @@ class Transition:
         self.assigned_zmp: Array = array[ASSIGNED_ZMP : ASSIGNED_ZMP + 2].T
         self.edge_angle: Array = array[EDGE_ANGLE]
         self.thrust: Array = array[ASKED_THRUST]
-        self.fitness_terms: Array = array[FITNESS_TERMS : FITNESS_TERMS + 4]
+        self.fitness_terms: Array = array[FIRST_FITNESS_TERM:FITNESS]
         self.fitness: Array = array[FITNESS]
-        self.graded_terms: Array = array[GRADED_TERMS : GRADED_TERMS + len(REWARD_TERMS)]
+        self.graded_terms: Array = array[FIRST_GRADED_TERM:GRADED]
         self.graded: Array = array[GRADED]
         self.violations: Array = array[VIOLATIONS]
 
@@ -84,7 +86,7 @@ class Transition:
         return {
             "thrust": self.thrust.copy(),
             "fitness": self.fitness.copy(),
-            "fitness_terms": dict(zip(("f1", "f2", "f3", "f4"), self.fitness_terms.copy(), strict=True)),
+            "fitness_terms": dict(zip(FITNESS_TERMS, self.fitness_terms.copy(), strict=True)),
             "pelvis": self.pelvis.copy("C"),
             "joint_positions": self.joint_positions.copy("C"),
             "com": self.com.copy("C"),
@@ -98,11 +100,10 @@ class Transition:
         """Return the info of the only lane, the reward's terms left out, and its column as plain numbers."""
         column = self.array[:, 0].copy()
         numbers: list[float] = column.tolist()
-        f1, f2, f3, f4 = numbers[FITNESS_TERMS : FITNESS_TERMS + 4]
         info = {
             "thrust": numbers[ASKED_THRUST],
             "fitness": numbers[FITNESS],
-            "fitness_terms": {"f1": f1, "f2": f2, "f3": f3, "f4": f4},
+            "fitness_terms": dict(zip(FITNESS_TERMS, numbers[FIRST_FITNESS_TERM:FITNESS], strict=True)),
             "pelvis": column[CHOSEN_PELVIS : CHOSEN_PELVIS + 3],
             "joint_positions": column[JOINTS : JOINTS + 12],
             "com": column[CENTER_OF_MASS : CENTER_OF_MASS + 3],
