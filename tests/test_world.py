@@ -44,7 +44,7 @@ class TestStanding:
         rest = [world.hold(0.1) for _ in range(30)]
         assert rest[-1].time == pytest.approx(3.0)
         assert max(np.abs(m.pelvis - first.pelvis).max() for m in rest) < 2e-3
-        assert min(m.zmp_margin for m in rest) > 0.02
+        assert min(m.support_sole_margin for m in rest) > 0.02
         assert all(m.support_contact and m.swing_contact and not m.fallen for m in rest)
         assert np.all(np.max([m.peak_joint_torques for m in rest], axis=0) < robot.effort)
         assert max(m.support_slip for m in rest) < 1e-4
@@ -63,13 +63,13 @@ class TestStanding:
         y_max = robot.left.sole_rectangle[3]
         middle = soles["right"][0]
         edges = middle + x_max - x, x - middle - x_min, soles["left"][1] + y_max - y, y - soles["right"][1] - y_min
-        assert measured.stability_margin == pytest.approx(min(edges), abs=1e-3)
+        assert measured.zmp_margin == pytest.approx(min(edges), abs=1e-3)
 
     def test_on_one_foot_the_margin_is_that_of_its_zmp(self, world, side_plan):
         begin(world, side_plan, point=40)
         standing = world.hold(0.5)
         assert not standing.swing_contact
-        assert standing.stability_margin == standing.zmp_margin
+        assert standing.zmp_margin == standing.support_sole_margin
 
     def test_no_energy_appears(self, world):
         begin_nominal(world, PAPER.side)
@@ -120,8 +120,8 @@ class TestSteps:
         measured = follow(world, plan)
         assert [m.reason for m in measured if m.fallen] == []
         assert measured[-1].time == pytest.approx(plan.step.duration + 1.0, abs=world.settings.time_step)
-        assert min(m.zmp_margin for m in measured) > 0.0
-        assert np.percentile([m.zmp_margin for m in measured], 5) > 8e-3
+        assert min(m.support_sole_margin for m in measured) > 0.0
+        assert np.percentile([m.support_sole_margin for m in measured], 5) > 8e-3
         assert np.all(np.max([m.peak_joint_torques for m in measured], axis=0) < robot.effort)
         assert max(m.peak_tilt for m in measured) < math.radians(1.0)
         assert max(m.support_slip for m in measured) < 1e-3

@@ -128,7 +128,7 @@ class TestSettings:
             begin(world, side_plan)
             measured = follow(world, side_plan)
         assert not measured[-1].fallen
-        assert np.percentile([m.zmp_margin for m in measured], 5) > 8e-3
+        assert np.percentile([m.support_sole_margin for m in measured], 5) > 8e-3
 
 
 def test_robot_whose_meshes_are_missing_is_refused(robot: Robot, tmp_path: Path) -> None:

@@ -158,7 +158,7 @@ class BulletPhysics:
     ) -> dict[str, float]:
         """Put what was measured in place of what the model says."""
         delivered = measured.mean_thrust / self._model.max_thrust
-        nearness = 0.0 if first else _nearness_to_edge(measured.stability_margin)
+        nearness = 0.0 if first else _nearness_to_edge(measured.zmp_margin)
         zmp_cost = self._model.settings.violation_cost * nearness
         tilt_cost = max(measured.peak_tilt - _FREE_TILT, 0.0) / _TILT_SCALE
         tilt_cost = min(tilt_cost, self._model.settings.largest_cost) if math.isfinite(tilt_cost) else 0.0

@@ -21,6 +21,8 @@ from jet_gym.simulation.world import World
 from jet_gym.utils.arrays import Array
 from jet_gym.utils.files import write_whole
 
+_CARRYING = 0.02  # share of the load above which a foot carries the robot
+
 
 @dataclass(frozen=True, eq=False)
 class Execution:
@@ -50,7 +52,9 @@ class Execution:
         center_of_mass: Centre of mass (N, 3) [m].
         zmp: Centre of the ground's forces on both feet (N, 2) [m]; NaN without contact.
         zmp_margin: Distance [m] of that point from the edge of the soles that carry the robot, of their convex
-            hull if both do (N,); negative outside, NaN without contact.
+            hull if both do (N,); negative outside, NaN without contact. A foot with more than 2 % of the load
+            counts, so that a sole that is only grazed does not widen the hull; in a
+            :class:`~jet_gym.simulation.Measurement` one that touches does.
         foot_forces: Vertical force of the ground on the left and the right foot (N, 2) [N].
         soles: Where the left and the right sole are (N, 2, 3) [m].
         slip: How far the support sole has slid since it became one (N,) [m].
@@ -173,7 +177,7 @@ class History:
         zmp = loads[touching] @ centers[touching] / total if touching.any() else np.full(2, math.nan)
         soles = [world.body.sole(side) for side in SIDES]
         robot = world.robot
-        carrying = touching & (loads > 0.02 * max(total, 1e-9))
+        carrying = touching & (loads > _CARRYING * max(total, 1e-9))
         x, y, z = (math.nan,) * 3 if estimated_up is None else estimated_up.tolist()
         row = {
             "time": measured.time,

@@ -19,9 +19,12 @@ class Measurement:
         mean_thrust: Mean of it [N].
         zmp: Zero-moment point of the support foot, the centre of its contact forces, at the end (2,) [m]; NaN
             without contact.
-        zmp_margin: Least distance from that point to the edge of the support sole [m]; NaN without contact.
-        stability_margin: Least distance [m] from the centre of the ground's forces on both feet to the edge of the
-            soles that carry the robot, of their convex hull where both do; NaN without contact.
+        support_sole_margin: Least distance from that point to the edge of the support sole [m]; NaN without
+            contact.
+        zmp_margin: Least distance [m] from the centre of the ground's forces on both feet to the edge of the soles
+            that carry the robot, of their convex hull where both do; NaN without contact. A foot that touches
+            counts, however little it carries; in an :class:`~jet_gym.simulation.Execution` it takes 2 % of the
+            load, so that a sole that is only grazed does not widen the hull there.
         support_contact: Whether the support foot is in contact at the end.
         swing_contact: Whether the swing foot or its fan is.
         support_force: Mean vertical force of the ground on the support foot [N].
@@ -49,8 +52,8 @@ class Measurement:
     thrust: float
     mean_thrust: float
     zmp: Array
+    support_sole_margin: float
     zmp_margin: float
-    stability_margin: float
     support_contact: bool
     swing_contact: bool
     support_force: float

@@ -57,8 +57,8 @@ class Recorder:
         self._torques: list[list[float]] = []
         self._support_forces: list[float] = []
         self._swing_forces: list[float] = []
-        self._margins: list[float] = []
-        self._stability_margins: list[float] = []
+        self._sole_margins: list[float] = []
+        self._zmp_margins: list[float] = []
         self._tilts: list[float] = []
         self.reason = ""
 
@@ -76,9 +76,9 @@ class Recorder:
         self._support_forces.append(self.support.force)
         self._swing_forces.append(self.swing.force)
         if self.support.touching:
-            self._margins.append(self._margin())
+            self._sole_margins.append(self._support_sole_margin())
         if self.support.touching or self.swing.touching:
-            self._stability_margins.append(self._stability_margin())
+            self._zmp_margins.append(self._zmp_margin())
         self.roll, self.pitch, tilt = roll_pitch_tilt(self.pelvis.pose.axes)
         self._tilts.append(tilt)
         self.reason = self._why_fallen(tilt)
@@ -99,8 +99,8 @@ class Recorder:
             thrust=self._thrusts[-1],
             mean_thrust=float(np.mean(self._thrusts)),
             zmp=self.support.center,
-            zmp_margin=min(self._margins, default=math.nan),
-            stability_margin=min(self._stability_margins, default=math.nan),
+            support_sole_margin=min(self._sole_margins, default=math.nan),
+            zmp_margin=min(self._zmp_margins, default=math.nan),
             support_contact=self.support.touching,
             swing_contact=self.swing.touching,
             support_force=float(np.mean(self._support_forces)),
@@ -123,17 +123,17 @@ class Recorder:
             reason=self.reason,
         )
 
-    def _margin(self) -> float:
-        """Return the distance [m] from the ZMP to the nearest edge of the support sole, negative outside."""
+    def _support_sole_margin(self) -> float:
+        """Return the distance [m] from the support foot's ZMP to the edge of its sole, negative outside."""
         x_min, x_max, y_min, y_max = self._body.robot.leg(self._footing.support).sole_rectangle
         axes = self.support_sole.axes
         x, y = (self.support.center - self.support_sole.position[:2]) @ axes[:2, :2]
         return float(min(x - x_min, x_max - x, y - y_min, y_max - y))
 
-    def _stability_margin(self) -> float:
+    def _zmp_margin(self) -> float:
         """Return the distance [m] from the robot's ZMP to the edge of what carries it; see :class:`Measurement`."""
         if not self.swing.touching:
-            return self._margins[-1]
+            return self._sole_margins[-1]
         footing, robot = self._footing, self._body.robot
         feet = [
             (contact, (robot.leg(side), sole))
