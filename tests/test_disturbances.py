@@ -13,7 +13,7 @@ import jet_gym  # noqa: F401  (registers the environment)
 from jet_gym.courses import PAPER
 from jet_gym.errors import SettingsError
 from jet_gym.plan import Plan
-from jet_gym.simulation import Disturbance, DisturbanceRanges, World
+from jet_gym.simulation import Disturbance, DisturbanceRanges, SimulationSettings, World
 from jet_gym.simulation.disturbances import LINKS, Push
 from jet_gym.simulation.motion import FanLag
 
@@ -117,14 +117,16 @@ class TestRanges:
         directions = np.array([math.atan2(push.force[1], push.force[0]) for push in pushes])
         assert np.histogram(directions, 4, (-math.pi, math.pi))[0].min() > 800
 
-    def test_scaled_ranges_reach_further_in_both_directions(self):
+    def test_scaled_ranges_reach_further_in_both_directions(self, robot):
         ranges = DisturbanceRanges()
         assert ranges.scaled(1.0).friction == pytest.approx(ranges.friction)
         doubled = ranges.scaled(2.0)
         assert (doubled.mass, doubled.thrust_gain) == pytest.approx((0.1, 0.2))
         assert doubled.friction[0] < ranges.friction[0]
         assert doubled.friction[1] > ranges.friction[1]
-        assert ranges.scaled(0.0).fan_lag == pytest.approx((0.15, 0.15))
+        none = ranges.scaled(0.0)
+        assert none.friction == (SimulationSettings().sole_friction,) * 2
+        assert none.fan_lag == (robot.fans[0].time_constant,) * 2
 
     @pytest.mark.parametrize(
         "change",

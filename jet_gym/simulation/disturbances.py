@@ -15,6 +15,8 @@ import numpy as np
 
 from jet_gym.errors import SettingsError
 from jet_gym.leg import Vector
+from jet_gym.robot import jet_hr1
+from jet_gym.simulation.settings import SimulationSettings
 from jet_gym.utils.settings import require_number, require_whole, require_within
 
 LINKS = 13  # pelvis, then the six links of the left and of the right leg, from hip yaw to foot
@@ -119,12 +121,17 @@ class DisturbanceRanges:
 
         Half ranges, and the distances of ranges' ends from the model's values, grow in proportion; but the lower
         end of a positive quantity is divided by no more than the factor. The sole's compliance grows in proportion.
+        The model's friction is that of the simulation's default settings, its fans are Jet-HR1's.
 
         Raises:
             SettingsError: If what comes of it is outside of what is allowed.
         """
         require_within("factor", factor, 0.0, 100.0)
-        model = {"friction": 0.8, "imu_noise": 1.0, "fan_lag": 0.15}
+        model = {
+            "friction": SimulationSettings.sole_friction,
+            "imu_noise": 1.0,
+            "fan_lag": jet_hr1().fans[0].time_constant,
+        }
         changed: dict[str, Any] = {}
         for name in ("mass", "pelvis_com", "thrust_gain", "block_height"):
             changed[name] = factor * getattr(self, name)
