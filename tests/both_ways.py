@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from candidates import candidates_around
 
 from agents.exhaustive import GaexPlanner
 from agents.genetic import GaPlanner, GasPlanner, GeneticSettings
@@ -20,7 +21,7 @@ from agents.paths.barrier import polish, shares_of_mu
 from agents.paths.bring_inside import bring_inside
 from agents.paths.cost import cost_of_path, search_of_step
 from agents.paths.lattice import accumulate, make_lattices, trace_back
-from agents.paths.refinement import RefinementSettings, candidates_around, refine_path, violates
+from agents.paths.refinement import RefinementSettings, refine_path, violates
 from agents.paths.relaxation import reach_boxes
 from agents.policy import PolicyPlanner
 from jet_gym import Step, jet_hr1

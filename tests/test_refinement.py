@@ -6,10 +6,11 @@ import itertools
 
 import numpy as np
 import pytest
+from candidates import candidates_around
 
 from agents import make_planner
 from agents.paths.cost import cost_of_path, search_of_step
-from agents.paths.refinement import RefinementSettings, candidates_around, refine_path
+from agents.paths.refinement import RefinementSettings, refine_path
 from jet_gym.balance import BalanceSettings
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings

@@ -116,17 +116,6 @@ def refine_path(model: SearchModel, points: SwingPoints, clouds: Array, path: Ar
     return least
 
 
-@entry_point
-def candidates_around(model: SearchModel, points: SwingPoints, cloud: Array, path: Array) -> Array:
-    """Return the candidates of one sweep (N, 3, K) [m] for a cloud (3, K) [m] around a path (N, 3) [m]."""
-    candidates, derivatives = np.empty((len(path), 3, cloud.shape[1])), np.empty((len(path), 2, 3))
-    heights = np.empty((len(_STIFFNESS), len(path)))
-    _differentiate(model, points, path, derivatives)
-    _smooth(path[:, 2], heights)
-    _surround(model, points, cloud, path, heights, derivatives, candidates)
-    return candidates
-
-
 @inlined
 def _differentiate(model: SearchModel, points: SwingPoints, path: Array, derivatives: Array) -> None:
     """Compute the derivatives of the centre of mass in the plane by the pelvis (N, 2, 3).
