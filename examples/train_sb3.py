@@ -1,4 +1,4 @@
-"""PPO in a few lines of Stable-Baselines3; needs `pip install jet-gym[train]`.
+"""PPO in a few lines of Stable-Baselines3; needs `pip install "jet-gym[train]"`.
 
 python examples/train_sb3.py [200000]
 """

@@ -229,6 +229,7 @@ def _check_pip(arguments: list[str]) -> None:
     parser.add_argument(
         "--constraint", "--requirement", type=lambda name: (ROOT / name).read_text(encoding="utf-8")
     )
+    parser.add_argument("--editable", action="store_true")
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     for wanted in parser.parse_args(arguments).requirements:
         requirement = Requirement(re.sub(r"^\.", "jet-gym", wanted))

@@ -1,7 +1,7 @@
 """Makes the folder of a policy that ships out of a training run, with a card that says what it can and cannot do.
 
-python -m agents.training.ship runs/mine
-python -m agents.training.ship runs/*-seed*    # of several runs the one that is best on many validation steps
+python -m agents.training.ship runs/mine --target runs/mine/card
+python -m agents.training.ship runs/*-seed* --target runs/best    # of several, the best on many validation steps
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 from agents.network import PolicyNetwork
 from agents.paths.refinement import RefinementSettings
 from agents.planner import make_planner
-from agents.policy import SHIPPED_POLICY, PolicyPlanner
+from agents.policy import PolicyPlanner
 from agents.training.callbacks import MODEL, NETWORK
 from agents.training.run_folder import write_json
 from agents.training.validation import TEST_SEED, VALIDATION_SEED, Score, StepSet, drawn_steps
@@ -155,7 +155,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", type=Path, nargs="+", help="folders of training runs")
     parser.add_argument("--validation-steps", type=int, default=2000, help="steps that choose among several runs")
-    parser.add_argument("--target", type=Path, default=SHIPPED_POLICY.parent, help="folder that ships")
+    parser.add_argument("--target", type=Path, required=True, help="folder to make")
     parser.add_argument("--steps", type=int, default=400, help="number of test steps")
     arguments = parser.parse_args()
     ship(best_run(arguments.runs, arguments.validation_steps), arguments.target, arguments.steps)

@@ -101,7 +101,8 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
     | `zmp` with bullet | or the measured ZMP comes within 5 mm of the edge of what carries the robot, one sole or |
     | | the convex hull of both: down to -2 at the edge; not at the first point, reached from rest |
     | `tilt` | bullet: the pelvis tilts by more than 3 degrees: -1 for each 10 degrees beyond, -6 at the least |
-    | `fall` | bullet: the robot fell: the worst of a point (-41.1), for this one and each that is left |
+    | `fall` | bullet: the robot fell: the worst of a point, -41.1, or -124.8 with `reward="fitness"`, for |
+    | | this one and each that is left |
 
     A constraint's term is -6 at the least; `violation_cost` may be another than 2.
 
