@@ -66,7 +66,7 @@ export DRAW
 # The modules that are mutated, each followed by what else tests/test_*.py holds it to.
 MUTATED := "fitness" "balance least_thrust assigned_zmp edge_polygon balance_settings" "kinematics inverse_kinematics singular_legs"
 
-mutate: .venv/full.installed  ## mutants of the mathematics against its tests, in a copy of the source; an hour or so, estimated
+mutate: .venv/full.installed  ## mutants of the mathematics against its tests, in a copy of the source; an hour and a half of a core
 	@$(PIP) --quiet cosmic-ray
 	@mkdir -p build && rm -rf build/mutants && git worktree prune && git worktree add --quiet --detach build/mutants && ln -s ../../.venv build/mutants/.venv
 	@cd build/mutants && for names in $(MUTATED); do \
