@@ -156,9 +156,7 @@ class PolicyPlanner(BatchPlanner):
 
         def act(lanes: Lanes, seen: NDArray[np.float32], acting: NDArray[np.int64]) -> NDArray[np.float32]:
             points = lanes.point[acting].astype(np.int64)
-            reach = np.where(points == 0, task.settings.first_range, task.settings.later_range)
-            wanted = (targets[points, acting] - lanes.pelvis[acting]) / reach[:, None]
-            wanted[:, 1] *= lanes.side[acting]
+            wanted = task.actions_to(lanes, acting, targets[points, acting])
             return task.actions_of_choices(seen, task.choices_of_actions(seen, wanted))
 
         return self._walk(steps, act)

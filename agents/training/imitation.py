@@ -212,7 +212,6 @@ class Imitation:
         for lane, number in enumerate(chosen):
             lanes.begin(np.array([lane]), self._steps[number])
         targets = side_by_side([self._paths[number] for number in chosen])
-        mirror = np.stack([np.ones(count), lanes.side, np.ones(count)], axis=1)
         led_by_expert = random.random(count) < share_of_expert
         labelled: list[Labelled] = []
         for point in range(len(targets)):
@@ -221,7 +220,7 @@ class Imitation:
             task.observe(lanes, acting, seen)
             met = seen[acting]
             astray = np.linalg.norm(lanes.pelvis - targets[point - 1], axis=1) if point else np.zeros(count)
-            wanted = (targets[point] - lanes.pelvis)[acting] * mirror[acting] / reach
+            wanted = task.actions_to(lanes, acting, targets[point, acting])
             labels, units = self._labels(met, wanted, reach)
             weights = 1.0 / (1.0 + astray[acting] / self._astray)
             labelled.append(Labelled(met, labels, units, weights.astype(np.float32)))

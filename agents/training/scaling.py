@@ -34,11 +34,8 @@ def observation_scale(count: int, first_seed: int) -> tuple[Array32, Array32]:
         acting = np.flatnonzero(lanes.points > point)
         task.observe(lanes, acting, seen)
         met.append(seen[acting])
-        half = task.settings.first_range if point == 0 else task.settings.later_range
         actions = np.zeros((count, 3))
-        for lane in acting.tolist():
-            actions[lane] = (paths[lane][point] - lanes.pelvis[lane]) / half
-        actions[:, 1] *= lanes.side
+        actions[acting] = task.actions_to(lanes, acting, np.array([paths[lane][point] for lane in acting]))
         task.advance(lanes, actions, acting, transition)
     observations = np.concatenate(met)
     deviation = observations.std(axis=0)

@@ -314,10 +314,7 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
 
         It is not clipped: beyond [-1, 1] the position is out of the search range.
         """
-        task = self.model.settings
-        half = task.first_range if self._lanes.point[0] == 0 else task.later_range
-        action = (np.asarray(pelvis, dtype=np.float64) - self._lanes.pelvis[0]) / half
-        action[1] *= self._lanes.side[0]
+        (action,) = self.model.actions_to(self._lanes, _ONLY_LANE, np.asarray(pelvis, dtype=np.float64)[None])
         return np.asarray(action)
 
     def render(self) -> NDArray[np.uint8] | None:

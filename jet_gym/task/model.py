@@ -186,6 +186,22 @@ class TaskModel:
         choices_of_actions(self._numbers[0], np.ascontiguousarray(observations, np.float32), wanted, choices)
         return choices
 
+    def actions_to(self, lanes: Lanes, selected: NDArray[np.int64], pelvis: ArrayLike) -> Array:
+        """Return the actions (N, 3) that move the pelvis of the selected lanes to given positions.
+
+        They are not clipped: beyond [-1, 1] a position is out of the search range.
+
+        Args:
+            lanes: The lanes.
+            selected: Which of them (N,).
+            pelvis: Where the pelvis of each is to be next (N, 3) [m], world frame.
+        """
+        settings = self.settings
+        half = np.where(lanes.point[selected] == 0.0, settings.first_range, settings.later_range)
+        actions: Array = (np.asarray(pelvis, dtype=np.float64) - lanes.pelvis[selected]) / half[:, None]
+        actions[:, 1] *= lanes.side[selected]
+        return actions
+
     def rewards(self, transition: Transition) -> Array:
         """Return the rewards (N,) of a quasi-static transition."""
         return np.array(transition.graded if self.reward == "graded" else transition.fitness / -self.fitness_scale)
