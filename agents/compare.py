@@ -250,7 +250,7 @@ def _executed(plan: Plan) -> dict[str, list[float]]:
 
     summary = execute([plan]).summary
     margin = summary.low_zmp_margin
-    return {"falls": [float(not summary.success)], "zmp_margin": [margin if math.isfinite(margin) else 0.0]}
+    return {"falls": [float(summary.fallen)], "zmp_margin": [margin if math.isfinite(margin) else 0.0]}
 
 
 def _measure_times(

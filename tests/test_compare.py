@@ -12,6 +12,7 @@ import pytest
 from agents.compare import FIGURES, CompareSettings, Comparison, compare
 from jet_gym.cli import run
 from jet_gym.errors import SettingsError
+from jet_gym.plan import Plan
 from jet_gym.task.drawing import draw_random_steps
 from jet_gym.utils.statistics import STATISTICS, bootstrap_steps, improvement, interquartile_mean
 
@@ -92,6 +93,24 @@ def test_physics_counts_falls_and_measures_the_margin() -> None:
     assert set(np.unique(measured["falls"])) <= {0.0, 1.0}
     assert np.isfinite(measured["zmp_margin"]).all()
     assert (measured["zmp_margin"][measured["falls"] == 0.0] > 0.0).all()
+
+
+def test_a_foot_off_its_place_is_no_fall(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("pybullet")
+    from jet_gym import simulation
+
+    execute, executions = simulation.execute, []
+
+    def demanding(plans: list[Plan]) -> simulation.Execution:
+        executions.append(execute(plans, simulation.ExecutionSettings(landing_tolerance=1e-9)))
+        return executions[-1]
+
+    monkeypatch.setattr(simulation, "execute", demanding)
+    settings = CompareSettings(("optimal",), steps=2, seed=1, physics="bullet", timed_steps=1, processes=1)
+    falls = compare(settings).measured["optimal"]["falls"]
+    assert len(executions) == 2
+    assert all(execution.summary.verdict.endswith("foot misplaced") for execution in executions)
+    assert falls.tolist() == [[0.0], [0.0]]
 
 
 def test_the_command_prints_tables_and_writes_json_and_pictures(
