@@ -21,7 +21,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from agents.planner import PLANNERS, BatchPlanner, Planner, make_planner
+from agents.planner import BatchPlanner, Planner, make_planner
 from jet_gym.balance import BalanceSettings
 from jet_gym.errors import SettingsError
 from jet_gym.fitness import FitnessSettings
@@ -213,11 +213,6 @@ def compare(settings: CompareSettings, progress: Progress | None = None) -> Comp
     for name in names:
         measured[name].update(times[name])
     return Comparison(settings, steps, measured, {name: [one[name][1] for one in results] for name in names})
-
-
-def default_planners() -> tuple[str, ...]:
-    """Return the planners that are compared if none is named: all that there are."""
-    return tuple(PLANNERS)
 
 
 def _work(

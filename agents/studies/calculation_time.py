@@ -11,7 +11,7 @@ from statistics import median
 import numpy as np
 
 from agents.planner import PointByPointPlanner, make_planner
-from agents.studies.off_the_shelf import EVALUATIONS, OPTIMISERS, Search, missing_note
+from agents.studies.off_the_shelf import OPTIMISERS, Search, missing_note
 from agents.studies.race import Contestant, race
 from agents.studies.swing_point import SwingPoint, later_swing_point
 from jet_gym.utils.arrays import Array
@@ -80,11 +80,6 @@ def measure_calculation_time(
         if progress is not None:
             progress(done, len(timings))
     return rows, notes
-
-
-def budget() -> int:
-    """Return how many postures everybody but GAEx evaluates."""
-    return EVALUATIONS
 
 
 def _contestant(name: str, search: Search) -> Contestant:

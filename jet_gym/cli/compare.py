@@ -70,13 +70,14 @@ def compare_command(
     interquartile means (IQM) or medians with the 95 % bootstrap interval over steps and seeds below them. Time is
     the processor time of whole plans in one process on one core, the planners taking turns.
     """  # noqa: D301
-    from agents.compare import CompareSettings, compare, default_planners
+    from agents.compare import CompareSettings, compare
+    from agents.planner import PLANNERS
     from jet_gym.cli.console import console, progress_bar, say_written
     from jet_gym.figures import check_figure_path
     from jet_gym.utils.files import check_writable, write_whole
 
     settings = CompareSettings(
-        planners=tuple(dict.fromkeys(planners)) or default_planners(),
+        planners=tuple(dict.fromkeys(planners or PLANNERS)),
         steps=steps,
         seed=seed,
         planner_seeds=planner_seeds,

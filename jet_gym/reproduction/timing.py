@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from agents.studies.calculation_time import PointTime, budget, measure_calculation_time
+from agents.studies.calculation_time import PointTime, measure_calculation_time
+from agents.studies.off_the_shelf import EVALUATIONS
 from jet_gym.figures import plot_calculation_time, png_bytes
 from jet_gym.reproduction.model import Chapter, Claim, Picture, Settings, Table, verdict
 from jet_gym.utils.progress import Progress
@@ -21,9 +22,9 @@ def timing_chapter(settings: Settings, report: Progress) -> Chapter:
         "Calculation time",
         (
             "The middle swing point of the step across the ditch. Everybody minimises the same compiled fitness in "
-            f"the same cube with {budget():,} evaluations; GAEx goes through its cube of 13³ postures and stops at "
-            "the first that balances. They take turns; what is printed is the median processor time, and its ratio "
-            "to that of GAS. The fitness reached is a median over seeds; less is better.",
+            f"the same cube with {EVALUATIONS:,} evaluations; GAEx goes through its cube of 13³ postures and stops "
+            "at the first that balances. They take turns; what is printed is the median processor time, and its "
+            "ratio to that of GAS. The fitness reached is a median over seeds; less is better.",
             *notes,
         ),
         claims=(
