@@ -172,7 +172,7 @@ def compare(settings: CompareSettings, progress: Progress | None = None) -> Comp
     The reference plans too, whether it is among the planners or not.
 
     Raises:
-        ValueError: If there is no such planner.
+        SettingsError: A ``ValueError``, if there is no such planner.
         BulletMissingError: If physics is asked for and PyBullet is not installed.
     """
     from joblib import Parallel, delayed

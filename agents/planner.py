@@ -144,10 +144,10 @@ def make_planner(
         **options: What this planner has besides, such as ``refine=16`` for ``"policy"``.
 
     Raises:
-        ValueError: If there is no such planner, or it has no such option.
+        SettingsError: A ``ValueError``, if there is no such planner, or it has no such option.
     """
     if name not in PLANNERS:
-        raise ValueError(f"there is no planner {name!r}; choose one of {', '.join(PLANNERS)}")
+        raise SettingsError(f"there is no planner {name!r}; choose one of {', '.join(PLANNERS)}")
     module, _, class_name = PLANNERS[name].partition(":")
     planner: type[Planner] = getattr(importlib.import_module(module), class_name)
     known = {field.name for field in fields(planner) if field.init}

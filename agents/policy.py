@@ -29,7 +29,7 @@ from jet_gym.step import Step
 from jet_gym.task.drawing import LEAST_DRAWN_POINTS, MOST_DRAWN_POINTS
 from jet_gym.utils.arrays import Array
 from jet_gym.utils.progress import Progress
-from jet_gym.utils.settings import require_seed
+from jet_gym.utils.settings import require_seed, require_whole
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -66,8 +66,9 @@ class PolicyPlanner(BatchPlanner):
 
     def __post_init__(self) -> None:
         """Refuse what is not allowed, and load the policy."""
-        if isinstance(self.refine, bool) or not isinstance(self.refine, int) or self.refine < 0 or self.refine == 1:
-            raise SettingsError(f"refine must be 0, or 2 candidates or more, not {self.refine!r}")
+        require_whole("refine", self.refine, 0)
+        if self.refine == 1:
+            raise SettingsError("refine must be 0, or 2 candidates or more, not 1")
         RefinementSettings(sweeps=self.sweeps)
         _ = self.network, self.task
 
@@ -119,7 +120,7 @@ class PolicyPlanner(BatchPlanner):
         plans = Plan.from_pelvis_paths(
             steps,
             paths,
-            planner=RefinedPolicyPlanner.name if self.refine else self.name,
+            planner=RefinedPolicyPlanner.name if self.refine else PolicyPlanner.name,
             seed=int(seed),
             balance=self.balance,
             fitness=self.fitness,

@@ -127,12 +127,21 @@ def test_other_settings_reach_the_plan() -> None:
     )
 
 
+@pytest.mark.parametrize("name", ["policy", "policy+refine"])
+def test_a_plan_says_whether_it_was_refined(name: str) -> None:
+    step = replace(PAPER.side, points=20)
+    assert make_planner(name, refine=0).plan(step).planner == "policy"
+    assert make_planner(name, refine=4).plan(step).planner == "policy+refine"
+
+
 @pytest.mark.parametrize(
     ("options", "error"),
     [
         ({"refine": 1}, SettingsError),
         ({"refine": -3}, SettingsError),
         ({"refine": 2.5}, SettingsError),
+        ({"refine": True}, SettingsError),
+        ({"refine": "16"}, SettingsError),
         ({"sweeps": 0}, SettingsError),
         ({"model": "missing.npz"}, PolicyFileError),
         ({"model": "missing.zip"}, PolicyFileError),
