@@ -24,6 +24,7 @@ from agents.paths.lattice import accumulate, make_lattices, trace_back
 from agents.paths.refinement import RefinementSettings, refine_path, violates
 from agents.paths.relaxation import reach_boxes
 from agents.policy import PolicyPlanner
+from agents.studies.swing_point import SwingPoint
 from jet_gym import Step, jet_hr1
 from jet_gym.balance import BalanceSettings, ThrustModel
 from jet_gym.balance_space import compute_balance_space, least_thrust_of_step
@@ -159,6 +160,13 @@ def genetic_planners() -> Numbers:
     return numbers
 
 
+def swing_point() -> Numbers:
+    """The swing point that studies look at, here in the middle of a short step."""
+    point = SwingPoint(ASIDE, ASIDE.swing_sole[2], ASIDE.nominal_pelvis, ASIDE.nominal_pelvis)
+    candidates = np.ascontiguousarray(point.random_pelvises(40).T)
+    return {"fitness": point.fitness(candidates), "one": point.fitness_of_one(*ASIDE.nominal_pelvis.tolist())}
+
+
 def shipped_policy() -> Numbers:
     """The policy that ships, on a step of fewer swing points than it was trained on."""
     return {"pelvis": PolicyPlanner().plan(ASIDE).pelvis}
@@ -236,8 +244,8 @@ def shading() -> Numbers:
 CASES: dict[str, Callable[[], Numbers]] = {
     case.__name__: case
     for case in (
-        legs, postures, random_steps, actions, choices, genetic_planners, shipped_policy, lattices, refinements,
-        balance_space, shading,
+        legs, postures, random_steps, actions, choices, genetic_planners, swing_point, shipped_policy, lattices,
+        refinements, balance_space, shading,
     )
 }  # fmt: skip
 

@@ -54,7 +54,7 @@ class SwingPoint:
     def _compiled_arguments(self) -> tuple[SingleSupport, FitnessParameters, Stance]:
         robot, sole = single_support(self.step.robot, self.step.swing), tuple(self.swing_sole.tolist())
         legs, zmp_margin = (robot.swing_leg, robot.support_leg, robot.side), robot.balance.zmp_margin
-        plain_stance_of = stance_of.py_func  # type: ignore[attr-defined]
+        plain_stance_of = getattr(stance_of, "py_func", stance_of)  # itself where nothing is compiled
         return robot, FitnessSettings().parameters(), plain_stance_of(*legs, zmp_margin, sole, self.step.support)
 
     def fitness(self, candidates: Array) -> Array:
