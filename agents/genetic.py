@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from agents.planner import PointByPointPlanner
 from jet_gym.balance import BalanceSettings
-from jet_gym.errors import SettingsError
+from jet_gym.constraints import FIRST_RANGE, LATER_RANGE
 from jet_gym.fitness import FitnessParameters, FitnessSettings
 from jet_gym.leg import Vector
 from jet_gym.posture_state import fitness_of_candidates
@@ -26,6 +26,7 @@ from jet_gym.single_support import SingleSupport, single_support, stance_between
 from jet_gym.step import Step
 from jet_gym.utils.arrays import Array
 from jet_gym.utils.compilation import entry_point, inlined
+from jet_gym.utils.settings import require_whole, require_within
 
 _GENE_BITS = 10
 _GENE_MAX = 2**_GENE_BITS - 1
@@ -51,22 +52,17 @@ class GeneticSettings:
 
     population: int = 150
     generations: int = 8
-    half_range: float = 0.025
+    half_range: float = LATER_RANGE
     crossover: float = 0.5
     mutation: float = 0.01
 
     def __post_init__(self) -> None:
         """Refuse settings outside of what is allowed."""
-        if self.population < 2 or self.generations < 1:
-            raise SettingsError(
-                f"a search needs a population of 2 and 1 generation at least, "
-                f"not {self.population} and {self.generations}"
-            )
-        if not 0.0 < self.half_range < math.inf:
-            raise SettingsError(f"half_range must be more than 0 m, not {self.half_range}")
+        require_whole("population", self.population, 2)
+        require_whole("generations", self.generations, 1)
+        require_within("half_range", self.half_range, above=True)
         for name in ("crossover", "mutation"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise SettingsError(f"{name} must be a probability, not {getattr(self, name)}")
+            require_within(name, getattr(self, name), 0.0, 1.0)
 
     def parameters(self) -> GeneticParameters:
         """Return the numbers for compiled code."""
@@ -83,7 +79,7 @@ class GeneticParameters(NamedTuple):
     mutation: float
 
 
-INITIAL_PHASE = GeneticSettings(population=200, generations=50, half_range=0.150)
+INITIAL_PHASE = GeneticSettings(population=200, generations=50, half_range=FIRST_RANGE)
 INTERMEDIATE_PHASE = GeneticSettings()
 
 

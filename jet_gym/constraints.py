@@ -1,4 +1,4 @@
-"""The constraints of a posture, by name and as flags that compiled code can combine."""
+"""The constraints of a posture, by name and as flags that compiled code can combine, and the search ranges."""
 
 from __future__ import annotations
 
@@ -10,6 +10,11 @@ THRUST = 4  # eq. (9)
 EDGE_POLYGON = 8  # eq. (10)
 ZMP = 16  # eq. (11)
 SEARCH_RANGE = 32  # eq. (13)
+
+FIRST_RANGE = 0.150
+"""Largest distance of the pelvis from the nominal one at the first swing point, per axis [m], Table 2."""
+LATER_RANGE = 0.025
+"""Largest move of the pelvis between two swing points, per axis [m], delta of eq. (13), which Table 3 gives."""
 
 CONSTRAINT_NAMES = {
     REACH: "reach",

@@ -188,7 +188,7 @@ def test_a_plan_for_least_thrust_keeps_the_zmp_off_the_edge() -> None:
 
 
 def test_unknown_planner_and_bad_seeds_are_refused() -> None:
-    with pytest.raises(ValueError, match="no planner 'annealing'; choose one of gas, ga, gaex"):
+    with pytest.raises(SettingsError, match="no planner 'annealing'; choose one of gas, ga, gaex"):
         make_planner("annealing")
     for seed in (-1, 1.5, True, "0"):
         with pytest.raises(ValueError, match="seed must be a whole number"):
@@ -197,8 +197,20 @@ def test_unknown_planner_and_bad_seeds_are_refused() -> None:
 
 @pytest.mark.parametrize(
     "settings",
-    [{"population": 1}, {"generations": 0}, {"half_range": 0.0}, {"crossover": 1.5}, {"mutation": float("nan")}],
+    [
+        {"population": 1},
+        {"population": 150.5},
+        {"population": True},
+        {"generations": 0},
+        {"generations": "8"},
+        {"half_range": 0.0},
+        {"half_range": "x"},
+        {"half_range": float("inf")},
+        {"crossover": 1.5},
+        {"crossover": None},
+        {"mutation": float("nan")},
+    ],
 )
-def test_impossible_search_settings_are_refused(settings: dict[str, float]) -> None:
-    with pytest.raises(SettingsError):
+def test_impossible_search_settings_are_refused_by_name(settings: dict[str, object]) -> None:
+    with pytest.raises(SettingsError, match=next(iter(settings))):
         GeneticSettings(**settings)  # type: ignore[arg-type]

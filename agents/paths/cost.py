@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from jet_gym.balance import BalanceSettings, Stance
-from jet_gym.constraints import ZMP
+from jet_gym.constraints import FIRST_RANGE, LATER_RANGE, ZMP
 from jet_gym.fitness import FitnessParameters, FitnessSettings
 from jet_gym.leg import Vector
 from jet_gym.posture_state import fitness_of_candidates
@@ -48,8 +48,8 @@ def search_of_step(
     balance: BalanceSettings,
     fitness: FitnessSettings,
     *,
-    first_range: float = 0.150,
-    search_range: float = 0.025,
+    first_range: float = FIRST_RANGE,
+    search_range: float = LATER_RANGE,
     zmp_penalty: float = 9000.0,
 ) -> tuple[SearchModel, SwingPoints]:
     """Return a step, and what is minimised over it, in numbers that compiled code takes by value.

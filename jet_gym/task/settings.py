@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from jet_gym.constraints import FIRST_RANGE, LATER_RANGE
 from jet_gym.utils.settings import require_within
 
 FITNESS_TERMS = ("f1", "f2", "f3", "f4")
@@ -44,8 +45,8 @@ class TaskSettings:
             (the edge of feasibility).
     """
 
-    first_range: float = 0.150
-    later_range: float = 0.025
+    first_range: float = FIRST_RANGE
+    later_range: float = LATER_RANGE
     violation_cost: float = 2.0
     largest_cost: float = 6.0
     reach_scale: float = 0.05
