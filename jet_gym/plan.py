@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from jet_gym.balance import BalanceSettings
-from jet_gym.constraints import SEARCH_RANGE, violation_names
-from jet_gym.errors import PlanFileError
+from jet_gym.constraints import LATER_RANGE, SEARCH_RANGE, violation_names
+from jet_gym.errors import PlanFileError, SettingsError
 from jet_gym.fitness import FitnessSettings, fitness_of_postures
 from jet_gym.leg import SIDES
 from jet_gym.plan_file import ARRAY_WIDTHS, FORMAT, read_fields, read_json
@@ -81,7 +81,7 @@ class Plan:
         seed: int = 0,
         balance: BalanceSettings | None = None,
         fitness: FitnessSettings | None = None,
-        search_range: float = 0.025,
+        search_range: float = LATER_RANGE,
         solve_time: ArrayLike | None = None,
         evaluations: ArrayLike | None = None,
     ) -> Plan:
@@ -97,6 +97,9 @@ class Plan:
             search_range: Largest move of the pelvis between two swing points, per axis [m], eq. (13).
             solve_time: Time taken at each swing point (N,) [s].
             evaluations: Postures evaluated at each swing point (N,).
+
+        Raises:
+            ValueError: If the path is not of the step's shape, or not finite.
         """
         (plan,) = cls.from_pelvis_paths(
             [step],
@@ -123,7 +126,7 @@ class Plan:
         seed: int = 0,
         balance: BalanceSettings | None = None,
         fitness: FitnessSettings | None = None,
-        search_range: float = 0.025,
+        search_range: float = LATER_RANGE,
         solve_time: float = 0.0,
         evaluations: float = 1.0,
     ) -> list[Plan]:
@@ -139,48 +142,78 @@ class Plan:
             search_range: Largest move of the pelvis between two swing points, per axis [m], eq. (13).
             solve_time: Time taken at each swing point [s].
             evaluations: Postures evaluated at each swing point.
+
+        Raises:
+            SettingsError: A ``ValueError``, if there is not one path a step, or the steps are of several robots.
+            ValueError: If a path is not of its step's shape, or not finite.
         """
-        plans: list[Plan | None] = [None] * len(steps)
+        _require_paths_of_one_robot(steps, paths)
+        plans: dict[int, Plan] = {}
         for side in SIDES:
             chosen = [number for number, step in enumerate(steps) if step.swing == side]
             if not chosen:
                 continue
-            pelvises = [_checked_path(steps[number], paths[number]) for number in chosen]
-            soles = [steps[number].swing_sole for number in chosen]
-            counts = [len(path) for path in pelvises]
-            supports = np.repeat([steps[number].support for number in chosen], counts, axis=0)
-            pelvis, robot = np.concatenate(pelvises), steps[chosen[0]].robot
-            postures = evaluate_postures(robot, side, np.concatenate(soles), supports, pelvis, balance)
-            starts = np.cumsum([0, *counts[:-1]])
-            flags = postures.violations.copy()
-            far = np.abs(np.diff(pelvis, axis=0, prepend=pelvis[:1])).max(axis=1) > search_range + _RANGE_TOLERANCE
-            far[starts] = False
-            flags[far] |= SEARCH_RANGE
-            terms = fitness_of_postures(postures.violations, postures.thrust, pelvis, fitness, starts)
-            totals = terms.sum(axis=1)
-            for number, start, count, sole in zip(chosen, starts.tolist(), counts, soles, strict=True):
-                rows = slice(start, start + count)
-                plans[number] = cls(
-                    planner=planner,
-                    seed=seed,
-                    step=steps[number],
-                    time=steps[number].time,
-                    swing_sole=sole,
-                    pelvis=postures.pelvis[rows],
-                    pelvis_yaw=postures.pelvis_yaw[rows],
-                    joint_positions=postures.joint_positions[rows],
-                    com=postures.center_of_mass[rows],
-                    zmp=postures.zmp[rows],
-                    assigned_zmp=postures.assigned_zmp[rows],
-                    fan=postures.fan[rows],
-                    thrust=postures.thrust[rows],
-                    fitness=totals[rows],
-                    edge_angle=postures.edge_angle[rows],
-                    violations=tuple(map(violation_names, flags[rows].tolist())),
-                    solve_time=np.full(count, solve_time),
-                    evaluations=np.full(count, evaluations),
-                )
-        return [plan for plan in plans if plan is not None]
+            made = cls._plans_of_side(
+                [steps[number] for number in chosen],
+                [_checked_path(steps[number], paths[number]) for number in chosen],
+                planner=planner,
+                seed=seed,
+                balance=balance,
+                fitness=fitness,
+                search_range=search_range,
+                solve_time=solve_time,
+                evaluations=evaluations,
+            )
+            plans.update(zip(chosen, made, strict=True))
+        return [plans[number] for number in range(len(steps))]
+
+    @classmethod
+    def _plans_of_side(
+        cls,
+        steps: Sequence[Step],
+        paths: Sequence[Array],
+        *,
+        planner: str,
+        seed: int,
+        balance: BalanceSettings | None,
+        fitness: FitnessSettings | None,
+        search_range: float,
+        solve_time: float,
+        evaluations: float,
+    ) -> Iterator[Plan]:
+        """Evaluate paths, each checked, on steps of one robot and one swing leg, one of them at least."""
+        soles, counts = [step.swing_sole for step in steps], [len(path) for path in paths]
+        supports = np.repeat([step.support for step in steps], counts, axis=0)
+        pelvis, starts = np.concatenate(paths), np.cumsum([0, *counts[:-1]])
+        robot, side = steps[0].robot, steps[0].swing
+        postures = evaluate_postures(robot, side, np.concatenate(soles), supports, pelvis, balance)
+        flags = postures.violations.copy()
+        far = np.abs(np.diff(pelvis, axis=0, prepend=pelvis[:1])).max(axis=1) > search_range + _RANGE_TOLERANCE
+        far[starts] = False
+        flags[far] |= SEARCH_RANGE
+        totals = fitness_of_postures(postures.violations, postures.thrust, pelvis, fitness, starts).sum(axis=1)
+        for step, sole, start, count in zip(steps, soles, starts.tolist(), counts, strict=True):
+            rows = slice(start, start + count)
+            yield cls(
+                planner=planner,
+                seed=seed,
+                step=step,
+                time=step.time,
+                swing_sole=sole,
+                pelvis=postures.pelvis[rows],
+                pelvis_yaw=postures.pelvis_yaw[rows],
+                joint_positions=postures.joint_positions[rows],
+                com=postures.center_of_mass[rows],
+                zmp=postures.zmp[rows],
+                assigned_zmp=postures.assigned_zmp[rows],
+                fan=postures.fan[rows],
+                thrust=postures.thrust[rows],
+                fitness=totals[rows],
+                edge_angle=postures.edge_angle[rows],
+                violations=tuple(map(violation_names, flags[rows].tolist())),
+                solve_time=np.full(count, solve_time),
+                evaluations=np.full(count, evaluations),
+            )
 
     @property
     def total_fitness(self) -> float:
@@ -262,6 +295,16 @@ def roughness(trajectory: ArrayLike) -> float:
     second = np.diff(np.asarray(trajectory, dtype=np.float64), n=2, axis=0).reshape(-1)
     points = max(len(np.asarray(trajectory)) - 2, 1)
     return math.sqrt(float(second @ second) / points)
+
+
+def _require_paths_of_one_robot(steps: Sequence[Step], paths: Sequence[ArrayLike]) -> None:
+    if len(paths) != len(steps):
+        raise SettingsError(f"there must be one path a step, {len(steps)} in all, not {len(paths)}")
+    for step in steps:
+        if step.robot is not steps[0].robot:
+            raise SettingsError(
+                f"all steps must be of one robot, but one is of {steps[0].robot.name} and one of {step.robot.name}"
+            )
 
 
 def _checked_path(step: Step, pelvis: ArrayLike) -> Array:

@@ -13,7 +13,7 @@ import pytest
 
 from agents import Plan, make_planner
 from jet_gym.courses import PAPER
-from jet_gym.errors import PlanFileError
+from jet_gym.errors import PlanFileError, SettingsError
 from jet_gym.plan import roughness
 from jet_gym.task.drawing import draw_random_steps
 
@@ -137,6 +137,26 @@ def test_roughness_is_the_root_mean_square_second_difference() -> None:
     assert roughness([0.0, 0.0, 1.0, 0.0]) == pytest.approx(np.sqrt((1.0 + 4.0) / 2.0))
     assert roughness([[0.0, 0.0], [1.0, 1.0], [0.0, 0.0]]) == pytest.approx(np.sqrt(8.0))
     assert roughness([1.0, 2.0]) == 0.0
+
+
+@pytest.mark.parametrize("paths", [0, 1, 3])
+def test_there_is_one_path_a_step(plan: Plan, paths: int) -> None:
+    with pytest.raises(SettingsError, match=f"one path a step, 2 in all, not {paths}"):
+        Plan.from_pelvis_paths([STEP, STEP], [plan.pelvis] * paths, planner="mine")
+
+
+def test_steps_of_two_robots_are_not_planned_at_once(plan: Plan) -> None:
+    """Whichever their swing legs: the postures of each side are found for one robot."""
+    other = replace(STEP, robot=replace(STEP.robot, name="other"))
+    for step in (other, replace(PAPER.forward, points=8, robot=other.robot)):
+        with pytest.raises(SettingsError, match="one is of jet_hr1 and one of other"):
+            Plan.from_pelvis_paths([STEP, step], [plan.pelvis] * 2, planner="mine")
+    (alone,) = Plan.from_pelvis_paths([other], [plan.pelvis], planner="mine")
+    assert alone.step is other
+
+
+def test_no_step_makes_no_plan() -> None:
+    assert Plan.from_pelvis_paths([], [], planner="mine") == []
 
 
 def test_plans_made_at_once_are_those_made_one_by_one() -> None:
