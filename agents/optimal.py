@@ -21,7 +21,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import ClassVar
@@ -36,11 +35,13 @@ from agents.paths.lattice import Lattices, accumulate, make_lattices, trace_back
 from agents.paths.refinement import WIDE, RefinementSettings, refine_path, violates
 from agents.paths.relaxation import reach_boxes, with_wider_joints
 from agents.planner import Planner
+from jet_gym.constraints import FIRST_RANGE, LATER_RANGE
 from jet_gym.plan import Plan
 from jet_gym.step import Step
 from jet_gym.utils.arrays import Array
 from jet_gym.utils.progress import Progress
 from jet_gym.utils.settings import require_seed, require_whole, require_within
+from jet_gym.utils.threads import for_each
 
 _INSIDE = 1e-7  # [m] that lattices keep from the edges of the search ranges, so that a path can be polished
 _MU = (1.0, 0.1, 10.0)  # where the interior-point method begins, in turns
@@ -91,8 +92,8 @@ class OptimalPlanner(Planner):
     """
 
     settings: OptimalSettings = field(default_factory=OptimalSettings)
-    first_range: float = 0.150
-    search_range: float = 0.025
+    first_range: float = FIRST_RANGE
+    search_range: float = LATER_RANGE
     name: ClassVar[str] = "optimal"
     deterministic: ClassVar[bool] = True
 
@@ -149,25 +150,24 @@ class OptimalPlanner(Planner):
                 costs.append(refine_path(search.model, search.points, clouds, paths[-1]))
         return paths[int(np.argmin(costs))]
 
-    def plan_many(self, steps: Sequence[Step], threads: int = 2, progress: Progress | None = None) -> list[Plan]:
+    def plan_many(self, steps: Sequence[Step], *, threads: int = 2, progress: Progress | None = None) -> list[Plan]:
         """Plan many steps side by side; the plans are those of :meth:`plan`.
 
         Args:
             steps: The steps.
             threads: How many to plan at a time; compiled code lets go of the interpreter.
             progress: Called after each step with how many are done and how many there are.
+
+        Raises:
+            SettingsError: A ``ValueError``, if there is not one thread at least.
         """
-        _warm_up()  # here, where Ctrl-C ends what compiles; a thread would have to be waited for
+        require_whole("threads", threads, 1)
         plans: dict[int, Plan] = {}
-        pool = ThreadPoolExecutor(max(threads, 1))
-        try:
-            jobs = {pool.submit(self.plan, step): number for number, step in enumerate(steps)}
-            for job in as_completed(jobs):
-                plans[jobs[job]] = job.result()
-                if progress is not None:
-                    progress(len(plans), len(steps))
-        finally:
-            pool.shutdown(cancel_futures=True)
+
+        def plan(number: int) -> None:
+            plans[number] = self.plan(steps[number])
+
+        for_each(plan, range(len(steps)), threads, progress)
         return [plans[number] for number in range(len(steps))]
 
 

@@ -123,6 +123,19 @@ def test_many_steps_in_threads_are_planned_as_one_by_one() -> None:
     plans = planner.plan_many(steps, threads=2, progress=lambda done, total: seen.append((done, total)))
     assert [plan.pelvis.tobytes() for plan in plans] == [planner.plan(step).pelvis.tobytes() for step in steps]
     assert seen == [(1, 3), (2, 3), (3, 3)]
+    assert planner.plan_many([]) == []
+
+
+@pytest.mark.parametrize("threads", [0, -1, 1.5, True])
+def test_a_number_of_threads_that_is_none_is_refused(threads: Any) -> None:
+    with pytest.raises(SettingsError, match="threads must be a whole number of 1 or more"):
+        OptimalPlanner().plan_many([SHORT], threads=threads)
+
+
+def test_a_seed_is_not_taken_for_a_number_of_threads() -> None:
+    """It is what other planners' ``plan_many`` takes in the second place."""
+    with pytest.raises(TypeError):
+        OptimalPlanner().plan_many([SHORT], 3)  # type: ignore[misc]
 
 
 def test_a_step_out_of_reach_is_planned_all_the_same_and_says_so() -> None:
