@@ -13,6 +13,7 @@ from jet_gym.errors import JetGymError, PlanFileError
 from jet_gym.robot import Robot
 from jet_gym.step import Step
 from jet_gym.utils.arrays import Array
+from jet_gym.utils.files import read_whole
 
 FORMAT = "jet-gym-plan/1"
 ARRAY_WIDTHS: dict[str, int | None] = {
@@ -43,7 +44,7 @@ def read_json(path: str | Path) -> Any:
         PlanFileError: If it cannot be read, is no text or no JSON.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8")
+        text = read_whole(path).decode()
     except (OSError, ValueError) as error:  # a path with a null character is a ValueError
         if isinstance(error, UnicodeDecodeError):
             raise PlanFileError(f"{path} is not a plan: it is not a text file") from error

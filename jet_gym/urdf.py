@@ -14,6 +14,7 @@ import numpy as np
 
 from jet_gym.errors import RobotError
 from jet_gym.utils.arrays import Array
+from jet_gym.utils.files import read_whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +133,7 @@ def read_urdf(path: str | Path) -> Urdf:
     """
     path = Path(path)
     try:
-        element = ElementTree.parse(path).getroot()
+        element = ElementTree.fromstring(read_whole(path))
     except OSError as error:
         raise RobotError(f"cannot read the robot description {path}: {error.strerror}") from error
     except (ElementTree.ParseError, LookupError, ValueError) as error:  # the latter two: an encoding it cannot read

@@ -161,7 +161,7 @@ def test_simulated_motion_is_on_the_clock_of_its_plan() -> None:
     physics.send(plan)
     assert done.wait(120.0)
     (simulated,) = results
-    assert not simulated.fallen, simulated.outcome
+    assert simulated.success, simulated.outcome
     assert shares == sorted(shares)
     motion = simulated.motion
     assert motion.start < 0.0 < plan.step.duration < motion.end

@@ -217,7 +217,7 @@ def test_plan_sent_to_physics_comes_back_and_is_replayed_with_measured_zmp_and_t
     page.get_by_role("button", name="Send to physics").click()
     wait_for(lambda: session.outputs.simulated is not None)
     simulated = session.outputs.simulated
-    assert not simulated.fallen
+    assert simulated.success
     wait_for(lambda: page.get_by_text("simulated: tilt").count() == 1)
     assert "measured ZMP" in page.get_by_text("simulated: tilt").inner_text()
     session.seek(1.0)

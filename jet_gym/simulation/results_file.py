@@ -10,7 +10,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from jet_gym.errors import JetGymError
 from jet_gym.simulation.plain_data import from_plain
-from jet_gym.utils.files import write_whole
+from jet_gym.utils.files import read_whole, write_whole
 
 Result = TypeVar("Result")
 
@@ -73,7 +73,7 @@ class ResultsFile(Generic[Result]):
 
     def _read(self, path: Path) -> dict[str, Any]:
         try:
-            data = json.loads(path.read_text(encoding="utf-8"))
+            data = json.loads(read_whole(path).decode())
         except OSError as error:
             raise TrialsFileError(f"cannot read the {self.name} {path}: {error.strerror}") from error
         except (ValueError, RecursionError) as error:

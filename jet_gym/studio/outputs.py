@@ -105,7 +105,7 @@ class Outputs:
                 self.panel.show_outcome(result, good=False)
                 return
             self.simulated = result
-            self.panel.show_outcome(f"{result.outcome[:1].upper()}{result.outcome[1:]}.", not result.fallen)
+            self.panel.show_outcome(f"{result.outcome[:1].upper()}{result.outcome[1:]}.", result.success)
             self.panel.show_choice(True, simulated=True)
             self.show_simulated(True)
 

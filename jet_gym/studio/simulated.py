@@ -33,7 +33,7 @@ class Simulated:
             without contact.
         tilt: Tilt of the pelvis (M,) [rad].
         outcome: What happened, in one sentence.
-        fallen: Whether the robot fell or did not get where it was to go.
+        success: Whether the robot got where it was to go and stands.
     """
 
     motion: Motion
@@ -42,7 +42,7 @@ class Simulated:
     zmp_margin: Array
     tilt: Array
     outcome: str
-    fallen: bool
+    success: bool
 
     @property
     def time(self) -> Array:
@@ -77,7 +77,7 @@ class Simulated:
             zmp_margin=execution.zmp_margin,
             tilt=execution.tilt,
             outcome=execution.summary.outcome,
-            fallen=not execution.summary.success,
+            success=execution.summary.success,
         )
 
     def tilt_at(self, time: float) -> float:

@@ -1,9 +1,10 @@
-"""Files that are written whole or not at all, and arrays that are read without unpickling anything."""
+"""Files that are written whole or not at all, and read without waiting for a pipe or unpickling anything."""
 
 from __future__ import annotations
 
 import contextlib
 import errno
+import io
 import os
 import tempfile
 from collections.abc import Callable
@@ -69,12 +70,31 @@ def check_writable(path: str | Path) -> None:
     path = Path(path)
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-    if path.exists() and not path.is_file():
-        raise OSError(errno.EINVAL, "it is not an ordinary file", str(path))
+    _refuse_pipe_or_device(path)
     if not path.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, "its folder does not exist", str(path))
     if not os.access(path.parent, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+
+
+def read_whole(path: str | Path) -> bytes:
+    """Read a file, and refuse what may have no end: a pipe that nobody writes to, a device.
+
+    Args:
+        path: The file.
+
+    Raises:
+        OSError: If it cannot be read, or is no ordinary file.
+    """
+    path = Path(path)
+    if not path.is_dir():  # which reading refuses
+        _refuse_pipe_or_device(path)
+    return path.read_bytes()
+
+
+def _refuse_pipe_or_device(path: Path) -> None:
+    if path.exists() and not path.is_file():
+        raise OSError(errno.EINVAL, "it is not an ordinary file", str(path))
 
 
 def read_arrays(path: str | Path) -> dict[str, NDArray[Any]]:
@@ -90,12 +110,12 @@ def read_arrays(path: str | Path) -> dict[str, NDArray[Any]]:
         OSError: If the file cannot be read.
         ValueError: If it is no such file, is damaged, or holds objects; a sentence of one line.
     """
-    with Path(path).open("rb") as stream:  # of a damaged file that it opens itself, NumPy leaves one open
-        try:
-            with np.load(stream, allow_pickle=False) as file:
-                arrays = {name: file[name] for name in file.files}
-        except Exception as error:  # NumPy, zipfile and zlib raise what they like on a damaged file
-            raise ValueError(" ".join(str(error).split()) or type(error).__name__) from error
+    content = read_whole(path)
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+    except Exception as error:  # NumPy, zipfile and zlib raise what they like on a damaged file
+        raise ValueError(" ".join(str(error).split()) or type(error).__name__) from error
     strangers = [name for name, array in arrays.items() if not isinstance(array, np.ndarray)]
     if strangers:  # of what is no array, NumPy returns the bytes
         raise ValueError(f"its part {strangers[0]!r} is no array")
