@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from agents import make_planner
-from agents.studies.claims import measure_claims
+from agents.studies.claims import ClaimKey, measure_claims
 from agents.studies.sweep import sweep_smoothness
 from agents.summary import summarize
 from jet_gym.courses import PAPER
@@ -59,10 +60,10 @@ def test_the_default_weight_is_the_swept_one_per_cm2() -> None:
 def test_claims_tell_no_violation_and_smoother_pelvis() -> None:
     report = measure_claims(range(3))
     assert {claim.motion for claim in report.claims} == {"side", "forward"}
-    by_statement = {(claim.motion, claim.statement): claim.holds for claim in report.claims}
+    by_key = {(claim.motion, claim.key): claim.holds for claim in report.claims}
     for motion in ("side", "forward"):
-        assert by_statement[motion, "the pelvis moves much more smoothly with GAS than with GA"]
-        assert by_statement[motion, "GAS needs slightly more thrust than GA"]
+        assert by_key[motion, "pelvis-smoothness"]
+        assert by_key[motion, "gas-thrust"]
         assert all(summary.violations == frozenset() for summary in report.summaries[motion].values())
 
 
@@ -74,6 +75,15 @@ def test_a_claim_that_does_not_hold_is_told() -> None:
         "gas": report.summaries["side"]["ga"],
         "ga": report.summaries["side"]["gas"],
     }
-    statements = {claim.statement: claim.holds for claim in _claims_of("side", swapped)}
-    assert not statements["GAS needs slightly more thrust than GA"]
-    assert not statements["the pelvis moves much more smoothly with GAS than with GA"]
+    holding = {claim.key: claim.holds for claim in _claims_of("side", swapped)}
+    assert not holding["gas-thrust"]
+    assert not holding["pelvis-smoothness"]
+
+
+def test_every_claim_is_measured_once_on_each_motion_and_a_missing_one_is_an_error() -> None:
+    report = measure_claims(range(2))
+    for key in get_args(ClaimKey):
+        assert [claim.motion for claim in report.of(key)] == ["side", "forward"]
+    assert len(report.claims) == 2 * len(get_args(ClaimKey))
+    with pytest.raises(KeyError, match="gas-thrust"):
+        replace(report, claims=[]).of("gas-thrust")
