@@ -201,9 +201,7 @@ class RobotBody:
         position, orientation = self._client.getBasePositionAndOrientation(self.id)
         pose = self._link_frame(-1, position, orientation)
         linear, angular = self._client.getBaseVelocity(self.id)
-        x, y, z = (pose.position - position).tolist()
-        wx, wy, wz = angular
-        turning = (wy * z - wz * y, wz * x - wx * z, wx * y - wy * x)
+        turning = rotation.cross(angular, (pose.position - position).tolist())
         return PelvisState(pose, np.add(linear, turning), np.array(angular))
 
     def imu_motion(self) -> tuple[Array, Array, Array]:
@@ -212,9 +210,8 @@ class RobotBody:
         The velocities are that of its origin (3,) [m/s] and the angular one (3,) [rad/s], both in the world.
         """
         pelvis = self.pelvis()
-        axes, (wx, wy, wz) = pelvis.pose.axes, pelvis.angular_velocity.tolist()
-        x, y, z = (axes @ self._imu).tolist()
-        turning = (wy * z - wz * y, wz * x - wx * z, wx * y - wy * x)
+        axes = pelvis.pose.axes
+        turning = rotation.cross(pelvis.angular_velocity.tolist(), (axes @ self._imu).tolist())
         return axes, pelvis.velocity + turning, pelvis.angular_velocity
 
     def frame(self, name: str) -> Pose:

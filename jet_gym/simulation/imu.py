@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jet_gym.simulation.rotation import cross
 from jet_gym.utils.arrays import Array
 from jet_gym.utils.settings import require_within
 
@@ -165,8 +166,7 @@ class ComplementaryFilter:
             self.up = measured
         else:
             step = sample.time - self._time
-            (wx, wy, wz), (x, y, z) = sample.angular_velocity.tolist(), self.up.tolist()
-            turning = np.array([wy * z - wz * y, wz * x - wx * z, wx * y - wy * x])
+            turning = np.array(cross(sample.angular_velocity.tolist(), self.up.tolist()))
             turned = self.up - turning * step
             drawn = turned + (measured - turned) * (step / (self._time_constant + step))
             self.up = drawn / np.linalg.norm(drawn)

@@ -1,11 +1,13 @@
-"""Quaternions x, y, z, w in double precision; PyBullet's own helpers round to single."""
+"""Rotations, as quaternions x, y, z, w in double precision; PyBullet's own helpers round to single."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
+from jet_gym.leg import Vector
 from jet_gym.utils.arrays import Array
 
 Quaternion = tuple[float, float, float, float]
@@ -32,6 +34,12 @@ def inverse(quaternion: Quaternion) -> Quaternion:
     """Return the rotation back."""
     x, y, z, w = quaternion
     return -x, -y, -z, w
+
+
+def cross(a: Sequence[float], b: Sequence[float]) -> Vector:
+    """Return the cross product of two vectors (3,)."""
+    (ax, ay, az), (bx, by, bz) = a, b
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 def matrix(quaternion: Quaternion) -> Array:
