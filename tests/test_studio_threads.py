@@ -66,12 +66,13 @@ def test_patient_worker_waits_until_no_newer_job_comes() -> None:
 
 def test_closed_worker_ends_its_thread_and_takes_no_job() -> None:
     done: list[int] = []
-    worker = LatestWorker(lambda job, _: done.append(job), "test")
+    worker = LatestWorker(lambda job, _: done.append(job), "test-closed")
+    assert any(thread.name == "test-closed" for thread in threading.enumerate())
     worker.close()
     worker.close()
     worker.submit(1)
     deadline = time.monotonic() + 10.0
-    while worker.alive:
+    while any(thread.name == "test-closed" for thread in threading.enumerate()):
         assert time.monotonic() < deadline
         time.sleep(0.01)
     assert done == []

@@ -49,8 +49,7 @@ class LatestWorker(Generic[Job]):
         self._latest = 0  # number of the newest job; a job with another number is stale
         self._closed = False
         self._busy = False
-        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
-        self._thread.start()
+        threading.Thread(target=self._run, name=name, daemon=True).start()
 
     def submit(self, job: Job) -> None:
         """Ask for a job in place of every one before it; nothing happens after :meth:`close`."""
@@ -78,11 +77,6 @@ class LatestWorker(Generic[Job]):
         """Wait until nothing waits or is worked on; return whether that came about in time [s]."""
         with self._changed:
             return self._changed.wait_for(lambda: self._waiting is None and not self._busy, timeout)
-
-    @property
-    def alive(self) -> bool:
-        """Whether the thread still runs."""
-        return self._thread.is_alive()
 
     def _run(self) -> None:
         while (taken := self._take()) is not None:
