@@ -29,7 +29,7 @@ from jet_gym.balance_space import BalanceSpace, compute_balance_space
 from jet_gym.courses import PAPER
 from jet_gym.errors import JetGymError, PlanFileError, PolicyFileError
 from jet_gym.plan import Plan
-from jet_gym.simulation.results_file import TrialsFileError
+from jet_gym.simulation.results_file import ResultsFileError
 from jet_gym.simulation.trials import Experiment, load_trials, save_trials
 from jet_gym.task.observation import HIGH, LOW
 
@@ -200,7 +200,7 @@ def test_damaged_trials_are_refused_or_can_be_told(data: st.DataObject, trials_t
     with watched() as deeds:
         try:
             trials = load_trials(path)
-        except TrialsFileError as error:
+        except ResultsFileError as error:
             check_sentence(error)
         else:
             if any(trial.control == "pid" for trial in trials):

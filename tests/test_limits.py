@@ -19,7 +19,7 @@ from jet_gym.simulation.limits import (
     range_ends,
     save_limits,
 )
-from jet_gym.simulation.results_file import TrialsFileError
+from jet_gym.simulation.results_file import ResultsFileError
 
 pytest.importorskip("pybullet")
 
@@ -84,7 +84,7 @@ class TestLimits:
         ran.clear()
         resumed = find_limits(plain, 1, kept)
         assert resumed == find_limits(plain, 1)
-        with pytest.raises(TrialsFileError, match="limits of another experiment: ranges differ"):
+        with pytest.raises(ResultsFileError, match="limits of another experiment: ranges differ"):
             load_limits(path, experiment)
 
     def test_a_real_limit(self, experiment):

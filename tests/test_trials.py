@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from jet_gym.simulation import DisturbanceRanges
-from jet_gym.simulation.results_file import TrialsFileError
+from jet_gym.simulation.results_file import ResultsFileError
 from jet_gym.simulation.trials import Trial, load_trials, run_trials, save_trials
 
 pytest.importorskip("pybullet")
@@ -54,9 +54,9 @@ class TestTrials:
     def test_files_of_other_experiments_are_refused(self, experiment, trials, tmp_path):
         path = tmp_path / "trials.json"
         save_trials(path, experiment, trials)
-        with pytest.raises(TrialsFileError, match="another experiment: seed differ"):
+        with pytest.raises(ResultsFileError, match="another experiment: seed differ"):
             load_trials(path, dataclasses.replace(experiment, seed=6))
-        with pytest.raises(TrialsFileError, match="ranges"):
+        with pytest.raises(ResultsFileError, match="ranges"):
             load_trials(path, dataclasses.replace(experiment, ranges=DisturbanceRanges()))
 
     @pytest.mark.parametrize(
@@ -71,5 +71,5 @@ class TestTrials:
     def test_damaged_files_are_refused(self, content, message, tmp_path):
         path = tmp_path / "trials.json"
         path.write_text(content)
-        with pytest.raises(TrialsFileError, match=message):
+        with pytest.raises(ResultsFileError, match=message):
             load_trials(path)

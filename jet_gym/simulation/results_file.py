@@ -15,8 +15,8 @@ from jet_gym.utils.files import read_whole, write_whole
 Result = TypeVar("Result")
 
 
-class TrialsFileError(JetGymError, ValueError):
-    """A file of trials that is damaged, of another format or of other trials."""
+class ResultsFileError(JetGymError, ValueError):
+    """A file of results that is damaged, of another format or of another experiment."""
 
 
 class Described(Protocol):
@@ -58,28 +58,28 @@ class ResultsFile(Generic[Result]):
             experiment: What they must be of; anything where omitted.
 
         Raises:
-            TrialsFileError: If the file cannot be read, is damaged or of another experiment.
+            ResultsFileError: If the file cannot be read, is damaged or of another experiment.
         """
         data = self._read(Path(path))
         if experiment is not None:
             self._refuse_others(path, experiment, data.get("experiment"))
         entries = data.get(self.name)
         if not isinstance(entries, list):
-            raise TrialsFileError(f"{path}: field {self.name!r} must be a list")
+            raise ResultsFileError(f"{path}: field {self.name!r} must be a list")
         try:
             return [from_plain(self.kind, entry) for entry in entries]
         except (ValueError, OverflowError) as error:
-            raise TrialsFileError(f"{path}: field {self.name!r} is damaged ({error})") from error
+            raise ResultsFileError(f"{path}: field {self.name!r} is damaged ({error})") from error
 
     def _read(self, path: Path) -> dict[str, Any]:
         try:
             data = json.loads(read_whole(path).decode())
         except OSError as error:
-            raise TrialsFileError(f"cannot read the {self.name} {path}: {error.strerror}") from error
+            raise ResultsFileError(f"cannot read the {self.name} {path}: {error.strerror}") from error
         except (ValueError, RecursionError) as error:
-            raise TrialsFileError(f"{path} holds no {self.name}: it is not JSON") from error
+            raise ResultsFileError(f"{path} holds no {self.name}: it is not JSON") from error
         if not isinstance(data, dict) or data.get("format") != self.format:
-            raise TrialsFileError(f"{path} holds no {self.name}: field 'format' must be {self.format!r}")
+            raise ResultsFileError(f"{path} holds no {self.name}: field 'format' must be {self.format!r}")
         return data
 
     def _refuse_others(self, path: str | Path, experiment: Described, theirs: Any) -> None:
@@ -88,6 +88,6 @@ class ResultsFile(Generic[Result]):
             different = [
                 field for field in ours if not isinstance(theirs, dict) or ours[field] != theirs.get(field)
             ]
-            raise TrialsFileError(
+            raise ResultsFileError(
                 f"{path} holds {self.name} of another experiment: {', '.join(different)} differ; name another file"
             )
