@@ -67,6 +67,25 @@ def sole_corners(leg: Leg, margin: float = 0.0) -> Array:
     return np.array([[x_min, y_min, 0.0], [x_max, y_min, 0.0], [x_max, y_max, 0.0], [x_min, y_max, 0.0]])
 
 
+def edge_distances(leg: Leg, points: Array) -> Array:
+    """Return how far points (..., 2) of a sole's frame are from its rear, front, right and left edge (4, ...) [m].
+
+    Negative outside.
+    """
+    x_min, x_max, y_min, y_max = leg.sole_rectangle
+    x, y = points[..., 0], points[..., 1]
+    return np.array([x - x_min, x_max - x, y - y_min, y_max - y])
+
+
+def rectangle_margin(leg: Leg, points: Array) -> Array:
+    """Return how far points (..., 2) of a sole's frame are from its nearest edge (...) [m], negative outside.
+
+    Outside of a corner it is the distance from the farther of the two edges' lines.
+    """
+    margin: Array = edge_distances(leg, points).min(axis=0)
+    return margin
+
+
 def cartons_of(step: Step) -> tuple[Carton, ...]:
     """Return the cartons under start, support and landing, each centred under the sole that stands on it.
 

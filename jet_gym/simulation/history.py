@@ -16,7 +16,7 @@ from jet_gym.plan import Plan
 from jet_gym.simulation.course import Course
 from jet_gym.simulation.diagnosis import Demands, Summary, summarize
 from jet_gym.simulation.measurement import Measurement
-from jet_gym.simulation.support import support_margin
+from jet_gym.simulation.support import support_margin, zmp_of_feet
 from jet_gym.simulation.world import World
 from jet_gym.utils.arrays import Array
 from jet_gym.utils.files import write_whole
@@ -171,13 +171,11 @@ class History:
         """
         world = self._world
         self.forces, centers = self._look()
-        total = sum(self.forces)
         loads = np.array(self.forces)
-        touching = np.isfinite(centers).all(axis=1) & (loads > 0.0)
-        zmp = loads[touching] @ centers[touching] / total if touching.any() else np.full(2, math.nan)
+        zmp = zmp_of_feet(loads, centers)
         soles = [world.body.sole(side) for side in SIDES]
         robot = world.robot
-        carrying = touching & (loads > _CARRYING * max(total, 1e-9))
+        carrying = np.isfinite(centers).all(axis=1) & (loads > _CARRYING * max(sum(self.forces), 1e-9))
         x, y, z = (math.nan,) * 3 if estimated_up is None else estimated_up.tolist()
         row = {
             "time": measured.time,

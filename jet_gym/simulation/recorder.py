@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jet_gym.ground import rectangle_margin
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.leg import Side
 from jet_gym.simulation.body import RobotBody
 from jet_gym.simulation.measurement import Measurement
 from jet_gym.simulation.rotation import roll_pitch_tilt
 from jet_gym.simulation.settings import SimulationSettings
-from jet_gym.simulation.support import support_margin
+from jet_gym.simulation.support import support_margin, zmp_of_feet
 from jet_gym.step import Step
 from jet_gym.utils.arrays import Array
 
@@ -125,10 +126,8 @@ class Recorder:
 
     def _support_sole_margin(self) -> float:
         """Return the distance [m] from the support foot's ZMP to the edge of its sole, negative outside."""
-        x_min, x_max, y_min, y_max = self._body.robot.leg(self._footing.support).sole_rectangle
-        axes = self.support_sole.axes
-        x, y = (self.support.center - self.support_sole.position[:2]) @ axes[:2, :2]
-        return float(min(x - x_min, x_max - x, y - y_min, y_max - y))
+        point = (self.support.center - self.support_sole.position[:2]) @ self.support_sole.axes[:2, :2]
+        return float(rectangle_margin(self._body.robot.leg(self._footing.support), point))
 
     def _zmp_margin(self) -> float:
         """Return the distance [m] from the robot's ZMP to the edge of what carries it; see :class:`Measurement`."""
@@ -144,8 +143,8 @@ class Recorder:
             if contact.touching
         ]
         forces = np.array([contact.force for contact, _ in feet])
-        center = forces @ np.array([contact.center for contact, _ in feet]) / forces.sum()
-        return support_margin(center, [sole for _, sole in feet])
+        zmp = zmp_of_feet(forces, np.array([contact.center for contact, _ in feet]))
+        return support_margin(zmp, [sole for _, sole in feet])
 
     def _center_of_mass(self, joint_positions: list[float]) -> Array:
         return self.pelvis.pose.point(forward_kinematics(self._body.robot, joint_positions).center_of_mass)

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from jet_gym.ground import sole_corners
+from jet_gym.ground import edge_distances, sole_corners
 from jet_gym.leg import Leg, Side
 from jet_gym.robot import Robot
 from jet_gym.simulation.body import Pose
@@ -17,10 +17,24 @@ from jet_gym.utils.arrays import Array
 Edge = Literal["front", "rear", "inner", "outer"]
 
 
+def zmp_of_feet(forces: Array, centers: Array) -> Array:
+    """Return the robot's ZMP (2,) [m], the mean of its feet's weighted by their loads; NaN if none is loaded.
+
+    Args:
+        forces: Vertical forces of the ground on the feet (K,) [N]; a foot that is not pushed up does not count.
+        centers: The feet's own ZMPs (K, 2) [m], NaN without contact.
+    """
+    loaded = np.isfinite(centers).all(axis=1) & (forces > 0.0)
+    if not loaded.any():
+        return np.full(2, math.nan)
+    zmp: Array = forces[loaded] @ centers[loaded] / forces[loaded].sum()
+    return zmp
+
+
 def support_margin(point: Array, soles: Sequence[tuple[Leg, Pose]]) -> float:
     """Return the distance [m] of a point (2,) from the edge of the convex hull of soles, negative outside.
 
-    Outside of a corner it is the distance from the nearer of the two edges' lines. NaN without a sole or a point.
+    Outside of a corner it is the distance from the farther of the two edges' lines. NaN without a sole or a point.
     """
     if not soles or not np.isfinite(point).all():
         return math.nan
@@ -47,9 +61,7 @@ def nearest_edge(point: Array, robot: Robot, side: Side, position: Array) -> Edg
         side: Which foot.
         position: Where its sole is (3,) [m].
     """
-    x, y = point - position[:2]
-    x_min, x_max, y_min, y_max = robot.leg(side).sole_rectangle
+    rear, front, right, left = edge_distances(robot.leg(side), point - position[:2])
     edges: tuple[Edge, Edge, Edge, Edge] = ("rear", "front", "inner", "outer")
-    to_right, to_left = y - y_min, y_max - y
-    inner, outer = (to_right, to_left) if side == "left" else (to_left, to_right)
-    return edges[int(np.argmin([x - x_min, x_max - x, inner, outer]))]
+    inner, outer = (right, left) if side == "left" else (left, right)
+    return edges[int(np.argmin([rear, front, inner, outer]))]

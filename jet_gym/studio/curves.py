@@ -6,6 +6,7 @@ import numpy as np
 
 from jet_gym.constraints import CONSTRAINT_NAMES, SEARCH_RANGE
 from jet_gym.fitness import FitnessSettings, fitness_of_postures
+from jet_gym.ground import rectangle_margin
 from jet_gym.leg import opposite
 from jet_gym.plan import Plan
 from jet_gym.step import Step
@@ -15,10 +16,7 @@ from jet_gym.utils.arrays import Array
 def zmp_margin(step: Step, zmp: Array) -> Array:
     """Return how far ZMPs (N, 2) are from the nearest edge of the support sole (N,) [m]; negative outside."""
     leg = step.robot.leg(opposite(step.swing))
-    x_min, x_max, y_min, y_max = leg.sole_rectangle
-    x, y = (zmp - np.array(step.support[:2])).T
-    margin: Array = np.min([x - x_min, x_max - x, y - y_min, y_max - y], axis=0)
-    return margin
+    return rectangle_margin(leg, zmp - np.array(step.support[:2]))
 
 
 def fitness_terms(plan: Plan, settings: FitnessSettings) -> Array:
