@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from made_up_trials import made_up
 
 from jet_gym.figures.robustness import plot_robustness
 from jet_gym.simulation import DisturbanceRanges
+from jet_gym.simulation.execution import CONTROL_NAMES, ThrustControl
 from jet_gym.simulation.limits import (
     FACTORS,
     Limit,
@@ -82,3 +85,15 @@ class TestPicture:
     def test_without_failures_and_limits_the_rate_stands_alone(self):
         (rates,) = plot_robustness([made_up(k, True) for k in range(5)], ("pid",)).axes
         assert rates.patches[0].get_height() == 100.0
+
+    def test_ways_to_control_the_thrust_have_their_names_and_do_not_overlap(self):
+        controls = get_args(ThrustControl)
+        trials = [replace(made_up(k, True), control=control) for k in range(5) for control in controls]
+        limits = [Limit("fan lag", "high", control, 1.5, "0.45 s", "left foot", "it fell") for control in controls]
+        figure = plot_robustness(trials, controls, limits)
+        figure.draw_without_rendering()
+        labels = figure.axes[0].get_xticklabels()
+        assert [label.get_text().replace("\n", " ") for label in labels] == list(CONTROL_NAMES.values())
+        assert tuple(CONTROL_NAMES) == controls
+        left, right = (label.get_window_extent() for label in labels)
+        assert left.x1 < right.x0

@@ -11,9 +11,6 @@ import click
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-CONTROL_NAMES = {"feedforward": "feed-forward", "pid": "feed-forward and PID"}
-"""What ways to control the thrust are called."""
-
 seed_option = click.option(
     "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the search."
 )

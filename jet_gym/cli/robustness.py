@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from jet_gym.cli.changes import changes_option, with_changes
-from jet_gym.cli.options import CONTROL_NAMES, seed_option, with_suffixes
+from jet_gym.cli.options import seed_option, with_suffixes
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -180,6 +180,7 @@ def _plans(names: Sequence[str]) -> list[Plan]:
 
 def _rate_table(controls: Sequence[ThrustControl], trials: Sequence[Trial], seed: int) -> Table:
     from jet_gym.cli.console import plain_table
+    from jet_gym.simulation.execution import CONTROL_NAMES
     from jet_gym.simulation.robustness import causes, success_rate
 
     rates = {control: success_rate(trials, control) for control in controls}
@@ -201,6 +202,7 @@ def _rate_table(controls: Sequence[ThrustControl], trials: Sequence[Trial], seed
 
 def _association_tables(controls: Sequence[ThrustControl], trials: Sequence[Trial]) -> list[Table]:
     from jet_gym.cli.console import plain_table
+    from jet_gym.simulation.execution import CONTROL_NAMES
     from jet_gym.simulation.robustness import associations
 
     tables = []
@@ -220,6 +222,7 @@ def _association_tables(controls: Sequence[ThrustControl], trials: Sequence[Tria
 
 def _limits_table(controls: Sequence[ThrustControl], limits: Sequence[Limit]) -> Table:
     from jet_gym.cli.console import plain_table
+    from jet_gym.simulation.execution import CONTROL_NAMES
     from jet_gym.simulation.limits import ends_by_limit
 
     table = plain_table("one disturbance at a time: where the robot fails, in times its range, and what gives way")
@@ -234,6 +237,7 @@ def _limits_table(controls: Sequence[ThrustControl], limits: Sequence[Limit]) ->
 
 
 def _first_to_break(controls: Sequence[ThrustControl], limits: Sequence[Limit]) -> list[str]:
+    from jet_gym.simulation.execution import CONTROL_NAMES
     from jet_gym.simulation.limits import FACTORS, in_order_of_breaking
 
     sentences = []

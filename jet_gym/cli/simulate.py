@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from jet_gym.cli.changes import changes_option, with_changes
-from jet_gym.cli.options import CONTROL_NAMES, seed_option
+from jet_gym.cli.options import seed_option
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -118,6 +118,7 @@ def _table(execution: Execution) -> Table:
     from math import degrees
 
     from jet_gym.cli.console import plain_table
+    from jet_gym.simulation.execution import CONTROL_NAMES
 
     s = execution.summary
     thrust = CONTROL_NAMES[execution.thrust_control]

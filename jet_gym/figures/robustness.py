@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from jet_gym.figures import style
+from jet_gym.simulation.execution import CONTROL_NAMES
 from jet_gym.simulation.limits import FACTORS, ends_by_limit
 from jet_gym.simulation.robustness import associations, success_rate
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from jet_gym.simulation.robustness import Association
     from jet_gym.simulation.trials import Trial
 
-_LOOKS = {"feedforward": ("feed-forward", "#E69F00"), "pid": ("with PID", "#0072B2")}
+_COLORS = {"feedforward": "#E69F00", "pid": "#0072B2"}
 
 
 def plot_robustness(
@@ -58,14 +59,16 @@ def plot_robustness(
 def _draw_rates(axes: Axes, trials: Sequence[Trial], controls: Sequence[ThrustControl]) -> None:
     style.label_axes(axes, y_label="success [% of the trials]")
     for place, control in enumerate(controls):
-        color = _LOOKS[control][1]
+        color = _COLORS[control]
         rate = success_rate(trials, control)
         share, low, high = (100.0 * value for value in (rate.rate, rate.low, rate.high))
         axes.bar(place, share, width=0.6, color=style.tint(color, 0.75))
         bars = [[max(share - low, 0.0)], [max(high - share, 0.0)]]
         axes.errorbar(place, share, yerr=bars, color=style.INK, capsize=4)
         axes.text(place, 2.0, f"{rate.successes}\nof {rate.trials}", ha="center", fontsize=style.TEXT_SIZE)
-    axes.set_xticks(range(len(controls)), [_LOOKS[control][0] for control in controls])
+    axes.set_xticks(
+        range(len(controls)), [CONTROL_NAMES[control].replace(" and ", "\nand ") for control in controls]
+    )
     axes.set_ylim(0.0, 102.0)
 
 
@@ -73,7 +76,7 @@ def _draw_associations(axes: Axes, telling: Mapping[ThrustControl, Sequence[Asso
     style.label_axes(axes, x_label="probability that a failed trial had more of it [%]")
     names = [entry.quantity for entry in next(iter(telling.values()))][::-1]
     for shift, (control, ranked) in zip(_shifts(len(telling)), telling.items(), strict=True):
-        name, color = _LOOKS[control]
+        name, color = CONTROL_NAMES[control], _COLORS[control]
         entries = {entry.quantity: entry for entry in ranked}
         for row, quantity in enumerate(names):
             entry = entries[quantity]
@@ -96,7 +99,7 @@ def _draw_limits(axes: Axes, limits: Sequence[Limit], controls: Sequence[ThrustC
     ends = ends_by_limit(limits)[::-1]
     rows = {end: row for row, end in enumerate(ends)}
     for shift, control in zip(_shifts(len(controls)), controls, strict=True):
-        name, color = _LOOKS[control]
+        name, color = CONTROL_NAMES[control], _COLORS[control]
         for order, limit in enumerate(entry for entry in limits if entry.control == control):
             row = rows[limit.quantity, limit.end] + shift
             reached = FACTORS[-1] if limit.factor is None else limit.factor

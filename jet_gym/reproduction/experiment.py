@@ -12,6 +12,7 @@ from jet_gym.courses import PAPER
 from jet_gym.figures import plot_execution, plot_pictures, png_bytes
 from jet_gym.reproduction.model import Chapter, Claim, Picture, Settings, Table, verdict
 from jet_gym.simulation import Execution, ExecutionSettings, execute
+from jet_gym.simulation.execution import CONTROL_NAMES
 from jet_gym.simulation.parallel import run_in_parallel
 from jet_gym.simulation.pictures.camera import CameraSettings
 from jet_gym.simulation.pictures.film import FilmSettings, frames
@@ -101,8 +102,7 @@ def _claims(trials: list[Execution], without: Execution, where: str, statement: 
 def _table(trials: list[Execution], feedforward: list[Execution], without: Execution) -> Table:
     rows = []
     for name, run in (
-        *((f"PID, seed {trial.seed}", trial) for trial in trials),
-        *((f"plan's thrust alone, seed {trial.seed}", trial) for trial in feedforward),
+        *((f"{CONTROL_NAMES[run.thrust_control]}, seed {run.seed}", run) for run in (*trials, *feedforward)),
         (f"fans off, seed {without.seed}", without),
     ):
         s = run.summary

@@ -10,11 +10,10 @@ from jet_gym.figures import plot_robustness, png_bytes
 from jet_gym.reproduction.experiment import SUCCESS
 from jet_gym.reproduction.model import Chapter, Picture, Settings, Table
 from jet_gym.simulation import DisturbanceRanges
+from jet_gym.simulation.execution import CONTROL_NAMES
 from jet_gym.simulation.robustness import causes, success_rate
 from jet_gym.simulation.trials import Experiment, Trial, run_trials
 from jet_gym.utils.progress import Progress
-
-_NAMES = {"feedforward": "plan's thrust alone", "pid": "PID"}
 
 
 def robustness_chapter(settings: Settings, report: Progress) -> Chapter:
@@ -53,7 +52,7 @@ def _rates(trials: list[Trial], experiment: Experiment) -> Table:
         gave_way = ", ".join(f"{cause} {count}" for cause, count in causes(trials, control).most_common())
         rows.append(
             (
-                _NAMES[control],
+                CONTROL_NAMES[control],
                 f"{rate.successes} of {rate.trials}",
                 f"{100.0 * rate.rate:.0f} %",
                 f"{100.0 * rate.low:.0f} to {100.0 * rate.high:.0f} %",

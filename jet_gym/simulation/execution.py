@@ -25,6 +25,8 @@ from jet_gym.utils.progress import Progress
 from jet_gym.utils.settings import require_seed, require_within
 
 ThrustControl = Literal["feedforward", "pid"]
+CONTROL_NAMES: dict[str, str] = {"feedforward": "feed-forward", "pid": "feed-forward and PID"}
+"""What ways to control the thrust are called."""
 
 _FAILED_LANDING = "the {side} foot never carried the robot"
 
@@ -72,7 +74,8 @@ class ExecutionSettings:
             SettingsError: A ``ValueError`` that names the setting and what it may be.
         """
         if self.thrust not in get_args(ThrustControl):
-            raise SettingsError(f"thrust must be 'feedforward' or 'pid', not {self.thrust!r}")
+            allowed = " or ".join(map(repr, get_args(ThrustControl)))
+            raise SettingsError(f"thrust must be {allowed}, not {self.thrust!r}")
         for name in ("fan_power", "carrying_share", "lift_off_share", "airborne_share"):
             require_within(name, getattr(self, name), most=1.0)
         for name in ("patience", "landing_tolerance", "slip_tolerance"):

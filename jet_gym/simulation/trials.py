@@ -7,7 +7,7 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -19,8 +19,6 @@ from jet_gym.simulation.parallel import run_in_parallel
 from jet_gym.simulation.results_file import ResultsFile
 from jet_gym.simulation.settings import SimulationSettings
 from jet_gym.utils.progress import Progress
-
-CONTROLS: tuple[ThrustControl, ThrustControl] = ("feedforward", "pid")
 
 
 def _coarse_settings() -> ExecutionSettings:
@@ -78,7 +76,7 @@ class Experiment:
     settings: ExecutionSettings = dataclasses.field(default_factory=_coarse_settings)
     ranges: DisturbanceRanges = dataclasses.field(default_factory=DisturbanceRanges)
     seed: int = 0
-    controls: tuple[ThrustControl, ...] = CONTROLS
+    controls: tuple[ThrustControl, ...] = get_args(ThrustControl)
 
     def disturbance(self, number: int) -> Disturbance:
         """Draw the disturbance of a trial."""

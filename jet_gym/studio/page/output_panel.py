@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, get_args
 
+from jet_gym.simulation.execution import ThrustControl
 from jet_gym.studio.page.controls import hint, on_click, on_update, on_upload, outcome
 from jet_gym.studio.recording import FILM_KINDS, FilmKind
 
 if TYPE_CHECKING:
     from viser import GuiApi
 
-    from jet_gym.simulation.execution import ThrustControl
-
 PLANNED, SIMULATED = "planned", "simulated"
-THRUST_CONTROLS: tuple[ThrustControl, ...] = ("feedforward", "pid")
 
 
 class OutputController(Protocol):
@@ -46,7 +44,7 @@ class OutputPanel:
     def __init__(self, gui: GuiApi, controller: OutputController) -> None:
         gui.add_html(hint("The plan goes to PyBullet in the background; the motion comes back into this scene."))
         self.thrust = gui.add_dropdown(
-            "thrust control", THRUST_CONTROLS, initial_value=THRUST_CONTROLS[0],
+            "thrust control", get_args(ThrustControl), initial_value=get_args(ThrustControl)[0],
             hint="The plan's thrust alone, or with a PID on the pelvis' attitude.",
         )  # fmt: skip
         self.send = gui.add_button("Send to physics", icon="atom")
