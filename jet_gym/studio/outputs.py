@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import threading
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +15,7 @@ from jet_gym.studio.page.output_panel import OutputPanel
 from jet_gym.studio.physics import Physics
 from jet_gym.studio.recording import FilmKind, Picture, encode_film, film_times, shoot
 from jet_gym.studio.simulated import Simulated
+from jet_gym.studio.worker import LatestWorker, Stale, StaleError
 
 if TYPE_CHECKING:
     from viser import ClientHandle
@@ -44,14 +45,17 @@ class Outputs:
         self._client = client
         self.panel = OutputPanel(client.gui, self)
         self._physics = Physics(self.panel.show_progress, self._show_result)
+        self._films = LatestWorker(self._record, f"studio-{client.client_id}-film")
 
     def close(self) -> None:
         """Give up what is under way."""
         self._physics.drop()
+        self._films.close()
 
     def forget(self) -> None:
         """Give up and forget what belongs to a plan that is there no more."""
         self._physics.drop()
+        self._films.drop()
         if self.simulated is not None:
             self.panel.show_outcome("")
         self.simulated = None
@@ -92,8 +96,8 @@ class Outputs:
         self.panel.show_outcome(f"showing {name}")
 
     def record(self, kind: FilmKind) -> None:
-        """Record a film of the motion that is shown, and let the browser save it."""
-        threading.Thread(target=self._record, args=(kind,), name="studio-film", daemon=True).start()
+        """Record a film of the motion that is shown, in place of one under way, and let the browser save it."""
+        self._films.submit(kind)
 
     def _show_result(self, plan: Plan, result: Simulated | str) -> None:
         session = self._session
@@ -109,32 +113,42 @@ class Outputs:
             self.panel.show_choice(True, simulated=True)
             self.show_simulated(True)
 
-    def _record(self, kind: FilmKind) -> None:
+    def _record(self, kind: FilmKind, stale: Stale) -> None:
+        """Record a film until it is stale or another motion is shown, of which nothing is left then."""
         session = self._session
         motion = session.playback.motion
         if motion is None:
             return
-        session.play(False)
         times = film_times(motion.start, motion.end, session.playback.player.speed, _FILM_RATE)
         height, width = _FILM_SIZE
         done = 0
 
         def show(time: float) -> None:
             nonlocal done
-            self.panel.show_progress(done / len(times))
-            done += 1
-            session.seek(time)
+            with session.lock:
+                if stale():
+                    raise StaleError
+                if session.playback.motion is not motion:
+                    raise RuntimeError("another motion is shown")
+                self.panel.show_progress(done / len(times))
+                done += 1
+                session.seek(time)
 
         def take() -> Picture:
             return np.asarray(self._client.get_render(height, width, timeout=_PATIENCE), dtype=np.uint8)
 
         try:
+            session.play(False)
             film = encode_film(shoot(times, show, take), kind, _FILM_RATE)
-        except (RuntimeError, TimeoutError, OSError) as error:  # the tab was closed, or its browser does not draw
-            if not session.closed:
-                self.panel.show_outcome(f"the film failed: {error}", good=False)
+        except StaleError:
+            return
+        except (JetGymError, RuntimeError, TimeoutError, OSError) as error:  # such as a browser that does not draw
+            film, outcome = None, f"the film failed: {error}"
         else:
-            self._client.send_file_download(f"jet-hr1.{kind}", film, save_immediately=True)
-            self.panel.show_outcome(f"recorded {len(times)} frames as jet-hr1.{kind}")
-        if not session.closed:
-            self.panel.show_progress(None)
+            outcome = f"recorded {len(times)} frames as jet-hr1.{kind}"
+        with session.lock, suppress(RuntimeError):  # the tab may have been closed in between
+            if not stale():
+                self.panel.show_progress(None)
+                self.panel.show_outcome(outcome, good=film is not None)
+                if film is not None:
+                    self._client.send_file_download(f"jet-hr1.{kind}", film, save_immediately=True)
