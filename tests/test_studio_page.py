@@ -168,6 +168,11 @@ def test_plan_file_uploaded_to_the_page_is_shown_as_it_is(page: Any, session: An
     wait_for(lambda: (session.plan.seed, session.plan.step.points) == (5, 12))
     np.testing.assert_array_equal(session.plan.pelvis, Plan.load(file).pelvis)
     wait_for(lambda: "all 12 swing points" in verdict_on(page))
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"planner": "mine.npz"}))  # unknown to the page
+    upload(page, "Load plan.json", file)
+    wait_for(lambda: "As loaded; planned by mine.npz." in verdict_on(page))
+    assert "is planning" not in verdict_on(page)
+    assert session.plan.planner == "mine.npz"
     upload(page, "Load plan.json", wrong)
     wait_for(lambda: page.get_by_text("wrong.json is not a plan: field 'format'").count() == 1)
     assert session.plan.step.points == 12

@@ -65,6 +65,7 @@ class Session:
         self._client = client
         self.lock = threading.RLock()
         self._plan_inputs: Inputs | None = None  # what the plan was made from
+        self._loaded: Plan | None = None  # the last plan that came from a file
         self._rival_motion: Motion | None = None
         self._others: dict[str, Plan] = {}  # plans in the table besides the two that are drawn
         self._moved_foot = "landing"
@@ -192,6 +193,7 @@ class Session:
             self.playback.time = _FIRST_SHOWN * plan.step.duration
             self.stage.show_step(self.inputs, plan.step)
             self.panel.show_inputs(self.inputs)
+            self._loaded = plan
             self.show_plans(self.inputs, plan, None)
             self._say(planning.judge(plan, self.inputs))
 
@@ -250,12 +252,19 @@ class Session:
     def _say(self, verdict: Verdict) -> None:
         """Tell a verdict, in red at the block that was moved if no posture exists."""
         self.verdict = verdict
-        stand_in = ""
-        if self.plan is not None and verdict.kind != "refused" and self.plan.planner != self.inputs.planner:
-            asked, shown = planner_label(self.inputs.planner), planner_label(self.plan.planner)
-            stand_in = f"{asked} is planning; meanwhile {shown} stands in for it."
-        self.panel.show_verdict(verdict, stand_in)
+        self.panel.show_verdict(verdict, "" if verdict.kind == "refused" else self._origin())
         self.stage.ground.mark(self._moved_foot if verdict.kind in ("infeasible", "refused") else None)
+
+    def _origin(self) -> str:
+        """Say where the plan that is shown comes from, unless the planner that is asked for made it here."""
+        if self.plan is None:
+            return ""
+        shown = planner_label(self.plan.planner)
+        if self.plan is self._loaded:
+            return f"As loaded; planned by {shown}."
+        if self.plan.planner == self.inputs.planner:
+            return ""
+        return f"{planner_label(self.inputs.planner)} is planning; meanwhile {shown} stands in for it."
 
     def _show_all(self, inputs: Inputs) -> None:
         motion = self.playback.motion
