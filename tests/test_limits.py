@@ -86,6 +86,9 @@ class TestLimits:
         assert resumed == find_limits(plain, 1)
         with pytest.raises(ResultsFileError, match="limits of another experiment: ranges differ"):
             load_limits(path, experiment)
+        path.write_text(path.read_text().replace("jet-gym-limits/2", "jet-gym-limits/1"))
+        with pytest.raises(ResultsFileError, match="must be 'jet-gym-limits/2'"):
+            load_limits(path, plain)
 
     def test_a_real_limit(self, experiment):
         """Without nearly all of its friction the robot cannot stand."""

@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 
-from jet_gym.simulation import DisturbanceRanges
+from jet_gym.simulation import Disturbance, DisturbanceRanges
 from jet_gym.simulation.results_file import ResultsFileError
 from jet_gym.simulation.trials import Trial, load_trials, run_trials, save_trials
 
@@ -51,6 +51,14 @@ class TestTrials:
         assert same.disturbance(7) == experiment.disturbance(7)
         assert dataclasses.replace(experiment, seed=6).disturbance(7) != experiment.disturbance(7)
 
+    def test_the_noise_of_the_imu_depends_on_seed_and_number(self, experiment):
+        def peak(seed: int, number: int) -> float:
+            return dataclasses.replace(experiment, seed=seed).run(number, "pid", Disturbance()).peak_thrust
+
+        peaks = [peak(*which) for which in ((0, 0), (1, 0), (0, 1), (1, 1))]
+        assert len(set(peaks)) == 4
+        assert peak(1, 1) == peaks[-1]
+
     def test_files_of_other_experiments_are_refused(self, experiment, trials, tmp_path):
         path = tmp_path / "trials.json"
         save_trials(path, experiment, trials)
@@ -64,8 +72,9 @@ class TestTrials:
         [
             ("{", "not JSON"),
             ('{"format": "other"}', "field 'format'"),
-            ('{"format": "jet-gym-robustness/1", "trials": [{}]}', "field 'trials' is damaged"),
-            ('{"format": "jet-gym-robustness/1"}', "field 'trials'"),
+            ('{"format": "jet-gym-robustness/1", "trials": []}', "must be 'jet-gym-robustness/2'"),
+            ('{"format": "jet-gym-robustness/2", "trials": [{}]}', "field 'trials' is damaged"),
+            ('{"format": "jet-gym-robustness/2"}', "field 'trials'"),
         ],
     )
     def test_damaged_files_are_refused(self, content, message, tmp_path):

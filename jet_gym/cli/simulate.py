@@ -37,7 +37,11 @@ FELL = 1
     "--size", type=(int, int), metavar="W H", default=(640, 480), show_default=True, help="Size of the film [px]."
 )
 @click.option("--fps", type=float, default=12.0, show_default=True, help="Frames per second of the film [1/s].")
-@click.option("--log", type=click.Path(path_type=Path), help="Time series (csv), 60 rows a second.")
+@click.option(
+    "--log",
+    type=click.Path(path_type=Path),
+    help="Time series (csv), one row every sample_every simulation steps, 60 a second by default.",
+)
 @changes_option
 def simulate_command(
     plans: tuple[str, ...],

@@ -75,7 +75,7 @@ class Limit:
         return f"{self.factor:g}: {self.value}, {self.cause}"
 
 
-_FILE = ResultsFile("jet-gym-limits/1", "limits", Limit)
+_FILE = ResultsFile("jet-gym-limits/2", "limits", Limit)
 save_limits = _FILE.save
 """Writes limits to a file: :meth:`~jet_gym.simulation.results_file.ResultsFile.save`."""
 load_limits = _FILE.load

@@ -75,7 +75,11 @@ def causes(trials: Sequence[Trial], control: ThrustControl) -> Counter[str]:
 
 
 def quantities(disturbance: Disturbance) -> dict[str, float]:
-    """Return a disturbance as one number a quantity, in SI units; what has a direction also by its size."""
+    """Return a disturbance as one number a quantity, in SI units.
+
+    Of the shift of the pelvis' centre of mass these are the components, of the pushes the largest impulse, whatever
+    its direction.
+    """
     factors = np.array(disturbance.mass_factors)
     left, right = factors[1:7].mean(), factors[7:].mean()
     x, y, z = disturbance.pelvis_com

@@ -68,7 +68,7 @@ class Experiment:
         plans: What is executed.
         settings: How; the thrust is controlled in each of the ways of ``controls``.
         ranges: From what the disturbances are drawn.
-        seed: From which all else follows.
+        seed: From which all else follows: the disturbances, and what the IMU gets wrong.
         controls: Ways to control the thrust, each under the same disturbances.
     """
 
@@ -84,11 +84,16 @@ class Experiment:
         duration = make_course(self.plans, self.settings.course).duration
         return self.ranges.draw(generator, duration, len(self.plans))
 
+    def imu_seed(self, number: int) -> int:
+        """Draw the seed of a trial's IMU, which has nothing to do with the trial's disturbance."""
+        sequence = np.random.SeedSequence(self.seed, spawn_key=(number, 1))
+        return int(sequence.generate_state(1, np.uint64)[0])
+
     def run(self, number: int, control: ThrustControl, disturbance: Disturbance | None = None) -> Trial:
         """Run a trial, or the same with a disturbance of one's own."""
         chosen = self.disturbance(number) if disturbance is None else disturbance
         settings = dataclasses.replace(self.settings, thrust=control)
-        summary = execute(self.plans, settings, number, disturbance=chosen).summary
+        summary = execute(self.plans, settings, self.imu_seed(number), disturbance=chosen).summary
         return Trial(
             number=number,
             control=control,
@@ -113,7 +118,7 @@ class Experiment:
         }
 
 
-_FILE = ResultsFile("jet-gym-robustness/1", "trials", Trial)
+_FILE = ResultsFile("jet-gym-robustness/2", "trials", Trial)
 save_trials = _FILE.save
 """Writes trials to a file: :meth:`~jet_gym.simulation.results_file.ResultsFile.save`."""
 load_trials = _FILE.load
