@@ -16,6 +16,7 @@ from jet_gym.errors import SettingsError, StepError
 from jet_gym.kinematics import forward_kinematics
 from jet_gym.plan import Plan
 from jet_gym.simulation import CourseSettings, Disturbance, Execution, ExecutionSettings, execute, make_course
+from jet_gym.simulation.diagnosis import explain_fall
 from jet_gym.simulation.landing import find_landings
 from jet_gym.step import Step
 
@@ -106,6 +107,43 @@ class TestThePapersCourse:
         assert fallen.summary.verdict == f"fell: {fallen.summary.cause}"
         assert "in motion 2: the left foot tipped over its inner edge" in fallen.summary.outcome
         assert f"at {fallen.time[-1]:.1f} s" in fallen.summary.outcome
+
+    def test_a_foot_that_carries_too_little_is_no_fall(self, plans):
+        settings = ExecutionSettings(course=QUICK, carrying_share=1.0, patience=0.1)
+        given_up = execute(plans, settings)
+        assert given_up.phase[-1] == "transition 1"
+        summary = given_up.summary
+        assert (summary.success, summary.fallen, summary.cause) == (False, False, "left foot")
+        end = f"at {given_up.time[-1]:.1f} s, in transition 1"
+        assert summary.outcome == f"the left foot never carried the robot, {end}"
+        strict = execute(plans, replace(settings, landing_tolerance=2e-5)).summary
+        assert not strict.fallen
+        assert strict.outcome.startswith(
+            f"{summary.outcome}; before that, the left foot touched down 0 mm from its place at"
+        )
+
+    def test_the_phase_of_a_fall_is_that_of_its_time(self, robot):
+        """A robot that leaves the vertical in the motion and falls 0.4 s later, when the motion has ended."""
+        tilt = np.radians([0.0, 0.5, 1.0, 5.0, 9.0, 14.0, 21.0])
+        series = {
+            "time": 0.1 * np.arange(7),
+            "phase": np.array([*["motion 1"] * 4, *["finish"] * 3]),
+            "tilt": tilt,
+            "swing_is_left": np.ones(7, dtype=bool),
+            "joint_torques": np.zeros((7, 12)),
+            "thrust_commanded": np.zeros(7),
+            "slip": np.zeros(7),
+            "zmp_margin": np.full(7, -0.001),
+            "zmp": np.tile([0.0, -0.05], (7, 1)),
+            "soles": np.zeros((7, 2, 3)),
+        }
+        onset, _, sentence = explain_fall(robot, series, "the pelvis tilts")
+        assert onset == 2
+        assert sentence.startswith(
+            "the robot fell at 0.6 s, in finish, upright until 0.2 s, in motion 1: the right foot"
+        )
+        _, _, sentence = explain_fall(robot, {**series, "phase": np.full(7, "motion 1")}, "the pelvis tilts")
+        assert sentence.startswith("the robot fell at 0.6 s, in motion 1: the right foot")
 
 
 class TestDemands:
@@ -247,6 +285,9 @@ class TestCourse:
         moved = replace(PAPER.forward, landing=(0.4, 0.1275, 0.0), points=20)
         with pytest.raises(StepError, match="plan 2"):
             make_course([plans[1], make_planner("gas").plan(moved)])
+        back = make_planner("gas").plan(replace(PAPER.side, start=PAPER.side.landing, landing=PAPER.side.start))
+        with pytest.raises(StepError, match="plan 2 swings the left foot again; the steps of a course take turns"):
+            make_course([plans[0], back])
         with pytest.raises(ValueError, match="at least one plan"):
             make_course([])
 

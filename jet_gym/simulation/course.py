@@ -317,6 +317,8 @@ def _refuse_broken_course(plans: Sequence[Plan]) -> None:
                     f"plan {k} begins with the {side} sole at {_place(begins[side])} m, "
                     f"but the plan before it leaves it at {_place(ends[side])} m"
                 )
+        if after.step.swing == before.step.swing:
+            raise StepError(f"plan {k} swings the {after.step.swing} foot again; the steps of a course take turns")
 
 
 def _place(sole: object) -> str:

@@ -33,7 +33,7 @@ class Summary:
     Attributes:
         success: Whether the robot made all steps as planned: it stands, each foot touched down within a tolerance
             of its place and ends there, and no support foot slid further than allowed.
-        fallen: Whether it fell, or did not get to the end.
+        fallen: Whether it fell.
         outcome: One sentence that says so, or when it failed and which foot or limit gave way.
         cause: In a word or two what gave way first, such as ``"left foot"`` or ``"thrust limit"``; empty on
             success.
@@ -93,13 +93,28 @@ class Demands:
     least_force: float
 
 
-def summarize(plans: Sequence[Plan], series: Series, failure: str, demands: Demands) -> Summary:
+@dataclass(frozen=True)
+class Failure:
+    """Why an execution ended before its course did.
+
+    Attributes:
+        reason: In a few words.
+        fallen: Whether the robot fell; if not, it was given up.
+        foot: The swing foot then.
+    """
+
+    reason: str
+    fallen: bool
+    foot: Side
+
+
+def summarize(plans: Sequence[Plan], series: Series, failure: Failure | None, demands: Demands) -> Summary:
     """Summarize an execution.
 
     Args:
         plans: What was executed.
         series: The series of :class:`~jet_gym.simulation.history.Execution` by name.
-        failure: Why it ended early; empty if it did not.
+        failure: Why it ended early, if it did.
         demands: What is asked of it.
     """
     robot = plans[0].step.robot
@@ -112,7 +127,7 @@ def summarize(plans: Sequence[Plan], series: Series, failure: str, demands: Dema
     known = margin[np.isfinite(margin)]
     return Summary(
         success=not cause,
-        fallen=bool(failure),
+        fallen=failure is not None and failure.fallen,
         outcome=sentence or f"the robot made {_count(len(plans))} in {time[-1]:.1f} s and stands",
         cause=cause,
         landings=landings,
@@ -134,16 +149,20 @@ def summarize(plans: Sequence[Plan], series: Series, failure: str, demands: Dema
 def _judge(
     robot: Robot,
     series: Series,
-    failure: str,
+    failure: Failure | None,
     landings: Sequence[Landing],
     errors: Mapping[Side, float],
     demands: Demands,
 ) -> tuple[str, str]:
     """Return what gave way first in a word or two, and a sentence; both are empty if all is as demanded."""
     mishaps = _mishaps(robot, series, landings, demands)
-    if failure:
-        onset, cause, sentence = explain_fall(robot, series, failure)
-        before = [mishap for mishap in mishaps if series["plan"][mishap[0]] < series["plan"][onset]]
+    if failure is not None:
+        if failure.fallen:
+            onset, cause, sentence = explain_fall(robot, series, failure.reason)
+            before = [mishap for mishap in mishaps if series["plan"][mishap[0]] < series["plan"][onset]]
+        else:
+            cause, before = f"{failure.foot} foot", mishaps
+            sentence = f"{failure.reason}, {_when(series, len(series['time']) - 1)}"
         if before:
             _, cause, first = before[0]
             sentence += f"; before that, {first}"
@@ -198,8 +217,10 @@ def _when(series: Series, row: int) -> str:
 def explain_fall(robot: Robot, series: Series, failure: str) -> tuple[int, str, str]:
     """Return when the fall began, what gave way in a word or two, and a sentence that says when, where and how.
 
-    What counts is what happened just before the robot was upright for the last time: a servo at the limit of its
-    torque, the fan at that of its thrust, a support foot that slid, and else a foot that tipped over its edge.
+    Time and phase are those in which the world said so; if the robot was upright for the last time in an earlier
+    phase, then that is told, too. What counts as the cause is what happened just before that moment: a servo at the
+    limit of its torque, the fan at that of its thrust, a support foot that slid, and else a foot that tipped over
+    its edge.
 
     Args:
         robot: The robot.
@@ -216,7 +237,9 @@ def explain_fall(robot: Robot, series: Series, failure: str) -> tuple[int, str, 
     support: Side = "right" if series["swing_is_left"][onset] else "left"
     swing = opposite(support)
     cause, how = _what_gave_way(robot, series, window, support, swing)
-    when = f"at {time[-1]:.1f} s, in {series['phase'][onset]}"
+    when = _when(series, len(time) - 1)
+    if upright.size and series["phase"][onset] != series["phase"][-1]:
+        when += f", upright until {time[onset]:.1f} s, in {series['phase'][onset]}"
     return onset, cause, f"the robot fell {when}: {how} ({failure})"
 
 

@@ -14,7 +14,7 @@ from jet_gym.errors import SettingsError
 from jet_gym.leg import Side
 from jet_gym.plan import Plan
 from jet_gym.simulation.course import Course, CourseSettings, Phase, make_course
-from jet_gym.simulation.diagnosis import Demands
+from jet_gym.simulation.diagnosis import Demands, Failure
 from jet_gym.simulation.disturbances import Disturbance
 from jet_gym.simulation.history import Execution, History
 from jet_gym.simulation.imu import Imu, ImuSettings
@@ -106,7 +106,7 @@ def execute(
         print(result.summary.outcome)
         plot(result.time, result.joint_positions, result.thrust_delivered)
 
-    What it returns holds time series, one row a sixtieth of a second: see
+    What it returns holds time series, one row every ``sample_every`` simulation steps, 60 a second by default: see
     :class:`~jet_gym.simulation.history.Execution`; :func:`jet_gym.simulation.pictures.film.film` shows them.
 
     Args:
@@ -170,7 +170,7 @@ class _Run:
         self._swing: Side = course.plans[0].step.swing
         self._plan = 0
         self.history = History(world)
-        self.failure = ""
+        self.failure: Failure | None = None
 
     def run(self) -> None:
         """Go through the phases until the end or a fall."""
@@ -202,7 +202,7 @@ class _Run:
         patience = round(self._settings.patience / self._frame)
         while phase.kind == "transition" and self._plan == phase.plan:
             if patience == 0:
-                self.failure = _FAILED_LANDING.format(side=self._swing)
+                self.failure = Failure(_FAILED_LANDING.format(side=self._swing), False, self._swing)
                 return
             patience -= 1
             if not self._advance(phase, phase.duration):
@@ -244,5 +244,5 @@ class _Run:
             hundredths = round(100.0 * self._course.duration)
             self._progress(min(round(100.0 * measured.time), hundredths), hundredths)
         if measured.fallen:
-            self.failure = measured.reason
+            self.failure = Failure(measured.reason, True, self._swing)
         return not measured.fallen

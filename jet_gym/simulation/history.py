@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from jet_gym.leg import SIDES, Side
 from jet_gym.plan import Plan
 from jet_gym.simulation.course import Course
-from jet_gym.simulation.diagnosis import Demands, Summary, summarize
+from jet_gym.simulation.diagnosis import Demands, Failure, Summary, summarize
 from jet_gym.simulation.measurement import Measurement
 from jet_gym.simulation.support import support_margin, zmp_of_feet
 from jet_gym.simulation.world import World
@@ -26,7 +26,9 @@ _CARRYING = 0.02  # share of the load above which a foot carries the robot
 
 @dataclass(frozen=True, eq=False)
 class Execution:
-    """An execution of plans. Each series has N rows, one every sixtieth of a second; world frame, SI units.
+    """An execution of plans. Each series has N rows, in the world frame and SI units.
+
+    There is a row every ``sample_every`` simulation steps, 60 a second by default.
 
     Attributes:
         plans: The plans.
@@ -208,7 +210,7 @@ class History:
             self._rows.setdefault(name, []).append(value)
 
     def execution(
-        self, course: Course, thrust_control: str, seed: int, failure: str, demands: Demands
+        self, course: Course, thrust_control: str, seed: int, failure: Failure | None, demands: Demands
     ) -> Execution:
         """Return what was gathered.
 
@@ -216,7 +218,7 @@ class History:
             course: What was executed.
             thrust_control: How the thrust was controlled.
             seed: Of the IMU.
-            failure: Why it ended early; empty if it did not.
+            failure: Why it ended early, if it did.
             demands: What is asked of it.
         """
         series = {name: np.array(values) for name, values in self._rows.items()}
