@@ -72,6 +72,19 @@ class TestWorld:
         landing = world.client.getBasePositionAndOrientation(world.cartons.bodies["landing"])[0]
         assert landing[2] == pytest.approx(plan.step.landing[2] + 0.005)
 
+    def test_no_carton_is_another_before_the_next_reset(self, world, plan, forward_plan):
+        def height() -> float:
+            return world.client.getBasePositionAndOrientation(world.cartons.bodies["landing"])[0][2]
+
+        stand(world, plan, Disturbance(block_heights=(0.005, 0.006)))
+        world.disturb(Disturbance(block_heights=(0.01, 0.02)))
+        world.next_step(forward_plan.step)
+        assert height() == pytest.approx(forward_plan.step.landing[2] + 0.006)
+        world.place_cartons(plan.step)
+        assert height() == pytest.approx(plan.step.landing[2] + 0.005)
+        world.reset(plan.step, plan.joint_positions[0], plan.pelvis[0], float(plan.pelvis_yaw[0]))
+        assert height() == pytest.approx(plan.step.landing[2] + 0.01)
+
     def test_a_push_gives_its_impulse_to_a_robot_in_the_air(self, world, plan, robot):
         world.disturb(Disturbance(pushes=(Push(0.05, 0.1, (4.0, 0.0, 0.0)),)))
         world.reset(plan.step, plan.joint_positions[0], plan.pelvis[0], 0.0)

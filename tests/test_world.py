@@ -164,6 +164,23 @@ class TestSteps:
         assert not lost.support_contact
         assert lost.time < 0.1
 
+    def test_the_time_that_a_fall_cut_off_is_not_made_up_for(self, world, side_plan):
+        begin(world, side_plan)
+        world.client.resetBaseVelocity(world.body.id, (0.0, 0.0, 1.5))
+        fallen = world.hold(0.2)
+        held = world.hold(0.05, stop_on_fall=False)
+        assert held.time - fallen.time == pytest.approx(0.05)
+        cut = world.advance(side_plan.joint_positions[0], 0.0, 0.2)
+        assert cut.time - held.time < 0.1
+        moved = world.advance(side_plan.joint_positions[0], 0.0, 0.05, stop_on_fall=False)
+        assert moved.time - cut.time == pytest.approx(0.05)
+
+    def test_what_is_rounded_off_a_duration_is_made_up_for(self, world, side_plan):
+        begin(world, side_plan)
+        for _ in range(20):
+            world.hold(1.45 * world.settings.time_step)
+        assert world.time == pytest.approx(29.0 * world.settings.time_step)
+
     def test_both_motions_in_a_row(self, world, side_plan, forward_plan):
         """The side step, four seconds in double support, the step across the ditch: the paper's 24 s."""
         begin(world, side_plan)

@@ -112,6 +112,7 @@ class Cartons:
         """Take the start's carton out of the way."""
         self._start_cleared = True
         self._move(self.bodies["start"], (0.0, 0.0, _PARKED))
+        self._prop_up(self._lowest())
 
     def set_collisions(self, robot: int, swing_links: Sequence[int], support_links: Sequence[int]) -> None:
         """Let the legs touch every carton but those in conflict with one that they stand on.
@@ -140,21 +141,24 @@ class Cartons:
         self._move(self.bodies[role], (x + 0.5 * (x_min + x_max), y + 0.5 * (y_min + y_max), z))
 
     def _lower_floor(self) -> None:
-        self._move(self.floor, (0.0, 0.0, min(z for _, _, z in self.soles.values()) - CARTON_HEIGHT))
-        self._prop_up()
+        self._move(self.floor, (0.0, 0.0, self._lowest() - CARTON_HEIGHT))
+        self._prop_up(self._lowest())
 
     def copy(self, other: Cartons) -> None:
         """Put cartons where those of another physics server are."""
         for role, body in self.bodies.items():
             place, _ = other._client.getBasePositionAndOrientation(other.bodies[role])
             self._move(body, place)
-        self._prop_up()
+        self._prop_up(other._lowest())
 
-    def _prop_up(self) -> None:
-        """Put plinths under the cartons that are higher than the lowest one."""
-        tops = {body: self._client.getBasePositionAndOrientation(body)[0] for body in self._plinths}
-        lowest = min((z for _, _, z in tops.values() if z > 0.5 * _PARKED), default=0.0)
-        for body, (x, y, z) in tops.items():
+    def _lowest(self) -> float:
+        """Return the lowest height of a top [m], be its carton cleared or not: the floor stays where it is."""
+        return min(z for _, _, z in self.soles.values())
+
+    def _prop_up(self, lowest: float) -> None:
+        """Put plinths under the cartons that are higher than the lowest one; none under a cleared one."""
+        for body in self._plinths:
+            x, y, z = self._client.getBasePositionAndOrientation(body)[0]
             high = z > lowest + _SAME_HEIGHT
             self._move(self._plinths[body], (x, y, z - CARTON_HEIGHT if high else _PARKED))
 

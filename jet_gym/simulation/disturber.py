@@ -20,6 +20,7 @@ class Disturber:
 
     Attributes:
         disturbance: What acts from the next reset on.
+        acting: What acts since the last one.
 
     Args:
         client: The physics server.
@@ -31,15 +32,15 @@ class Disturber:
         self._client, self._body, self._settings = client, body, settings
         self._parts = [[_PELVIS], *(part for side in SIDES for part in body.leg_parts(side))]
         self._model = {link: self._inertia(link) for part in self._parts for link in part}
-        self._acting = Disturbance()
+        self.acting = Disturbance()
         self._pelvis_weight = 0.0
         self.disturbance = Disturbance()
 
     def begin(self) -> None:
         """Let masses and contacts be those of the disturbance."""
-        if self.disturbance == self._acting:
+        if self.disturbance == self.acting:
             return
-        chosen = self._acting = self.disturbance
+        chosen = self.acting = self.disturbance
         for factor, part in zip(chosen.mass_factors, self._parts, strict=True):
             for link in part:
                 mass, inertia = self._model[link]
@@ -55,7 +56,7 @@ class Disturber:
 
     def step(self, time: float) -> None:
         """Push during the next simulation step, at a time since the robot settled [s]."""
-        chosen = self._acting
+        chosen = self.acting
         if any(chosen.pelvis_com):
             self._shift_weight(np.array(chosen.pelvis_com))
         for push in chosen.pushes:

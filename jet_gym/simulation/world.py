@@ -117,7 +117,7 @@ class World(SelfClosing):
             self._disturber.begin()
             self.place_cartons(step)
             self.body.place(command, pose._replace(position=pose.position + step.support - pose.point(sole)))
-            self.actuators.reset(command, thrust, step.swing, self._disturber.disturbance)
+            self.actuators.reset(command, thrust, step.swing, self._disturber.acting)
             self._footing = self._stand(step, np.array(step.support))
             self._steps_done, self._time_asked = -settle_steps, 0.0
             settled = self._simulate(command, thrust, settle_steps, stop_on_fall=True)
@@ -148,7 +148,7 @@ class World(SelfClosing):
             joint_positions: Posture at the end (12,) [rad], clipped to the joint limits.
             thrust: Thrust of the swing foot's fan at the end [N], clipped to what the fan can do.
             duration: How long it takes [s]. Whole simulation steps pass; what is rounded off is made up for
-                the next time.
+                the next time, what a fall cuts off is not.
             rest: For how much of it, at its end, both commands stay where they then are [s]; less than all of it.
             stop_on_fall: Whether to stop when the robot has fallen.
 
@@ -166,7 +166,11 @@ class World(SelfClosing):
         self._time_asked += duration
         steps = max(self.settings.steps(self._time_asked) - self._steps_done, 1)
         resting = min(self.settings.steps(rest), steps - 1)
-        return self._simulate(command, thrust, steps, stop_on_fall, resting)
+        end = self._steps_done + steps
+        measured = self._simulate(command, thrust, steps, stop_on_fall, resting)
+        if self._steps_done < end:
+            self._time_asked = self.time
+        return measured
 
     def hold(self, duration: float, *, stop_on_fall: bool = True) -> Measurement:
         """Keep the last commands for a time [s]; see :meth:`advance`."""
@@ -186,7 +190,7 @@ class World(SelfClosing):
         self._standing()
         step.require_robot(self.robot)
         self._step_number += 1
-        self.cartons.continue_with(step, self._disturber.disturbance.block_height(self._step_number))
+        self.cartons.continue_with(step, self._disturber.acting.block_height(self._step_number))
         self.step = step
         self.actuators.swing(step.swing)
         self._footing = self._stand(step, self.body.sole(opposite(step.swing)).position)
@@ -194,8 +198,8 @@ class World(SelfClosing):
     def clear_start(self) -> None:
         """Take the start's carton away.
 
-        Where it is in the landing's way, :meth:`advance` and :meth:`pose` do so by themselves as soon as the swing
-        foot is nearer to its landing than to its start.
+        Where it is in the landing's way, :meth:`advance`, :meth:`pose` and :meth:`show` do so by themselves as soon
+        as the swing foot is nearer to its landing than to its start.
         """
         self._refuse_if_closed()
         self.cartons.clear_start()
@@ -211,7 +215,7 @@ class World(SelfClosing):
         self._refuse_if_closed()
         step.require_robot(self.robot)
         self.step, self._footing, self._step_number = step, None, 0
-        self.cartons.place(step, self._disturber.disturbance.block_height(0))
+        self.cartons.place(step, self._disturber.acting.block_height(0))
 
     def pose(self, joint_positions: ArrayLike, pelvis: ArrayLike, pelvis_yaw: float) -> None:
         """Put the robot somewhere without any dynamics, to look at it; to simulate again, reset.
@@ -225,10 +229,23 @@ class World(SelfClosing):
             ValueError: If a shape is wrong or a number is not finite.
             WorldStateError: If the world is closed.
         """
+        self.show(joint_positions, _level_pose(pelvis, pelvis_yaw))
+
+    def show(self, joint_positions: ArrayLike, pelvis: Pose) -> None:
+        """Put the robot somewhere like :meth:`pose`, but with a pelvis that may tilt.
+
+        Args:
+            joint_positions: Joint positions (12,) [rad].
+            pelvis: Pose of the pelvis.
+
+        Raises:
+            ValueError: If the joint positions have a wrong shape or are not finite.
+            WorldStateError: If the world is closed.
+        """
         self._refuse_if_closed()
-        joints, pose = _vector(joint_positions, "joint_positions", 12), _level_pose(pelvis, pelvis_yaw)
+        joints = _vector(joint_positions, "joint_positions", 12)
         self._footing = None
-        self.body.place(joints, pose)
+        self.body.place(joints, pelvis)
         if self.step is not None:
             self._clear_start_when_left(self.step, self.body.sole(self.step.swing).position)
 

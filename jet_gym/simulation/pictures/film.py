@@ -149,7 +149,7 @@ def _place(world: World, execution: Execution, row: int, shown: int) -> int:
             world.cartons.continue_with(step)
             world.step = step
     x, y, z, w = execution.pelvis_orientation[row].tolist()
-    world.body.place(execution.joint_positions[row], Pose(execution.pelvis[row], (x, y, z, w)))
+    world.show(execution.joint_positions[row], Pose(execution.pelvis[row], (x, y, z, w)))
     return shown
 
 
