@@ -12,7 +12,7 @@ from statistics import median
 import numpy as np
 
 from agents.genetic import GeneticSettings, genetic_search
-from agents.studies.off_the_shelf import EVALUATIONS, OPTIMISERS, SETTINGS, Search
+from agents.studies.off_the_shelf import EVALUATIONS, OPTIMISERS, SETTINGS, Search, contestant
 from agents.studies.race import Contestant, race
 from agents.studies.swing_point import SwingPoint, later_swing_point
 from benchmarks.report import Report, command_line
@@ -37,7 +37,7 @@ def measure(rounds: int) -> Report:
     point = later_swing_point()
     there = {module: report.has(module) for module in ("pymoo", "deap", "cmaes")}
     others = {name: make(point) for name, module, make in OPTIMISERS if there[module]}
-    ours, *theirs = race([_gas("GAS", point), *itertools.starmap(_contestant, others.items())], rounds)
+    ours, *theirs = race([_gas("GAS", point), *itertools.starmap(contestant, others.items())], rounds)
     report.add("GAS", ours.seconds, "s", goal=1e-3)
     for other in theirs:
         report.add(other.name, other.seconds, "s")
@@ -49,12 +49,6 @@ def measure(rounds: int) -> Report:
     _compare_fitness(report, point, others)
     _break_down(report, point, rounds)
     return report
-
-
-def _contestant(name: str, search: Search) -> Contestant:
-    """Search with another seed each time."""
-    seeds = itertools.count()
-    return Contestant(name, lambda: search(next(seeds)))
 
 
 def _gas(name: str, point: SwingPoint, settings: GeneticSettings = SETTINGS) -> Contestant:

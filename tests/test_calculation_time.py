@@ -2,30 +2,68 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from itertools import count
 
 import pytest
 
 from agents.studies import calculation_time
+from agents.studies import race as race_module
 from agents.studies.calculation_time import measure_calculation_time
-from agents.studies.off_the_shelf import EVALUATIONS, OPTIMISERS, missing_note
-from agents.studies.race import Contestant, race
+from agents.studies.off_the_shelf import EVALUATIONS, OPTIMISERS, contestant, missing_note
+from agents.studies.race import Contestant, Timing, race
 from agents.studies.swing_point import later_swing_point
 from jet_gym.utils.machine import machine
 
 
-def test_ratios_are_to_the_first_and_units_share_the_time() -> None:
-    calls = count()
+class MadeUpClock:
+    """A clock that stands still but for work, which takes as long as it is told."""
 
-    def work() -> int:
-        next(calls)
-        return sum(range(20_000))
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self._now = 0.0
+        monkeypatch.setattr(race_module, "_clock", lambda: self._now)
 
-    one, two, tenth = race([Contestant("one", work), Contestant("two", work), Contestant("ten", work, 10)], 3, 1e-3)
-    assert (one.name, one.ratio, one.lowest, one.highest) == ("one", 1.0, 1.0, 1.0)
-    assert two.lowest <= two.ratio <= two.highest or two.seconds > 0.0
-    assert tenth.seconds < 0.5 * one.seconds
-    assert next(calls) > 9
+    def work(self, durations: Iterable[float]) -> Callable[[], None]:
+        """Return work that takes each of the durations in turn [s]."""
+        left = iter(durations)
+
+        def run() -> None:
+            self._now += next(left)
+
+        return run
+
+
+def test_ratios_are_to_the_first_and_units_share_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = MadeUpClock(monkeypatch)
+    before = (9.0, 7.0)  # compiling, and finding out how often to call: neither counts
+    timings = race(
+        [
+            Contestant("one", clock.work([*before, 2.0, 4.0, 1.0])),
+            Contestant("two", clock.work([*before, 6.0, 2.0, 5.0])),
+            Contestant("three", clock.work([*before, 10.0, 30.0, 20.0]), units=10),
+        ],
+        3,
+        least_duration=1.0,
+    )
+    assert timings == [
+        Timing("one", seconds=2.0, ratio=1.0, lowest=1.0, highest=1.0),
+        Timing("two", seconds=5.0, ratio=2.5, lowest=0.5, highest=5.0),
+        Timing("three", seconds=2.0, ratio=1.0, lowest=0.5, highest=2.0),
+    ]
+
+
+def test_a_turn_repeats_its_call_until_it_lasts(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock, calls = MadeUpClock(monkeypatch), count()
+    short = clock.work(0.25 for _ in calls)
+    (timing,) = race([Contestant("short", short)], 3, least_duration=1.0)
+    assert timing.seconds == 0.25
+    assert next(calls) == 1 + 1 + 4 + 3 * 4  # to compile, once and four times to find out, four in each round
+
+
+def test_a_contestant_searches_with_another_seed_each_time() -> None:
+    one, other = contestant("one", float), contestant("other", float)
+    assert (one.name, one.units) == ("one", 1)
+    assert [one.run(), one.run(), other.run(), one.run()] == [0.0, 1.0, 0.0, 2.0]
 
 
 @pytest.mark.parametrize(("name", "module", "make"), OPTIMISERS, ids=[name for name, _, _ in OPTIMISERS])

@@ -11,7 +11,7 @@ from statistics import median
 import numpy as np
 
 from agents.planner import PointByPointPlanner, make_planner
-from agents.studies.off_the_shelf import OPTIMISERS, Search, missing_note
+from agents.studies.off_the_shelf import OPTIMISERS, contestant, missing_note
 from agents.studies.race import Contestant, race
 from agents.studies.swing_point import SwingPoint, later_swing_point
 from jet_gym.utils.arrays import Array
@@ -64,7 +64,7 @@ def measure_calculation_time(
     others = {name: make(point) for name, module, make in OPTIMISERS if missing_note(module) is None}
     generator = np.random.default_rng(0)  # one throughout, as a plan has
     contestants = [Contestant(name, partial(choose, generator)) for name, choose in choices.items()]
-    timings = race([*contestants, *itertools.starmap(_contestant, others.items())], rounds)
+    timings = race([*contestants, *itertools.starmap(contestant, others.items())], rounds)
     rows = []
     for done, timing in enumerate(timings, start=1):
         name = timing.name
@@ -80,12 +80,6 @@ def measure_calculation_time(
         if progress is not None:
             progress(done, len(timings))
     return rows, notes
-
-
-def _contestant(name: str, search: Search) -> Contestant:
-    """Search with another seed each time."""
-    seeds = itertools.count()
-    return Contestant(name, lambda: search(next(seeds)))
 
 
 def _planner_choice(name: str, point: SwingPoint) -> Callable[[np.random.Generator], Array]:

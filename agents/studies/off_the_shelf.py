@@ -6,6 +6,7 @@ population at once, it gets the compiled loop for the whole population.
 
 from __future__ import annotations
 
+import itertools
 import random
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from agents.genetic import GeneticSettings
+from agents.studies.race import Contestant
 from agents.studies.swing_point import SwingPoint
 from jet_gym.utils.arrays import Array
 
@@ -164,6 +166,12 @@ OPTIMISERS: tuple[tuple[str, str, Callable[[SwingPoint], Search]], ...] = (
     ("CMA-ES", "cmaes", cma_es),
 )
 """Name, the module that it needs, and what makes its search."""
+
+
+def contestant(name: str, search: Search) -> Contestant:
+    """Return who searches with another seed each time, from 0 on."""
+    seeds = itertools.count()
+    return Contestant(name, lambda: search(next(seeds)))
 
 
 def missing_note(module: str) -> str | None:
