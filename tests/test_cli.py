@@ -111,6 +111,28 @@ def test_commands_have_help_with_units(capsys: pytest.CaptureFixture[str]) -> No
     assert run([]) == 2
 
 
+@pytest.mark.parametrize(
+    ("command", "seeded"),
+    [
+        ("plan", "seed of the search"),
+        ("studio", "seed of the search"),
+        ("compare", "seed of the steps"),
+        ("dataset", "seed of the steps and of the planners"),
+        ("simulate", "seed of the planner of paper and of the imu's noise"),
+        ("robustness", "seed of the disturbances"),
+        ("reproduce", "first seed of plans, executions and statistics"),
+        ("balance-space", "nothing is drawn at random"),
+    ],
+)
+def test_each_command_says_what_its_seed_is_of(
+    command: str, seeded: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run([command, "--help"]) == 0
+    told = " ".join(capsys.readouterr().out.split()).lower()
+    option = told.partition("--seed integer range ")[2].partition(" [default: 0; x>=0]")[0]
+    assert seeded in option
+
+
 def test_studies_print_their_tables(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["sweep", "--seeds", "2", "--plot", "sweep.png"]) == 0
     assert run(["claims", "--seeds", "2"]) == 0

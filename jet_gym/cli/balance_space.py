@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     help="Lowest height of the swing foot above the support foot [m].",
 )  # fmt: skip
 @balance_options
-@seed_option
+@seed_option("Taken as by every command; nothing is drawn at random")
 @click.option("--output", type=click.Path(path_type=Path), help="File for the space (npz).")
 @click.option(
     "--plot", type=click.Path(path_type=Path),

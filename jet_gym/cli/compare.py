@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from jet_gym.cli.options import settings_options, step_seed_option, with_suffixes
+from jet_gym.cli.options import seed_option, settings_options, with_suffixes
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -26,7 +26,7 @@ _EXAMPLE_SHARES = (0.1, 0.5, 0.9)  # of the steps, in the order of their least t
     "--planner", "planners", multiple=True, help="A planner; give it several times. All that there are by default."
 )
 @click.option("--steps", type=click.IntRange(min=2), default=100, show_default=True, help="How many random steps.")
-@step_seed_option
+@seed_option("Seed of the steps")
 @click.option(
     "--planner-seeds", type=click.IntRange(min=1), default=1, show_default=True,
     help="How often a planner plans each step, with seeds from 0 on.",

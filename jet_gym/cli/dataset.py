@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from jet_gym.cli.options import step_seed_option
+from jet_gym.cli.options import seed_option
 
 
 @click.command("dataset", short_help="Planners' episodes as Minari datasets.")
@@ -21,7 +21,7 @@ from jet_gym.cli.options import step_seed_option
     show_default=True,
     help="Random steps, one an episode.",
 )
-@step_seed_option
+@seed_option("Seed of the steps and of the planners")
 @click.option(
     "--output", type=click.Path(path_type=Path, file_okay=False), default=Path("datasets"), show_default=True,
     help="Folder for the datasets jet_hr1/PLANNER-v0.",

@@ -11,15 +11,14 @@ import click
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-seed_option = click.option(
-    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the search."
-)
-step_seed_option = click.option(
-    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the steps."
-)
 seeds_option = click.option(
     "--seeds", type=click.IntRange(min=2), default=20, show_default=True, help="How many seeds, from 0 on."
 )
+
+
+def seed_option(seeded: str) -> Callable[[Command], Command]:
+    """Return the option ``--seed``, whose help says what it seeds."""
+    return click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help=f"{seeded}.")
 
 
 def balance_options(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -51,7 +51,7 @@ def _position_option(name: str, text: str) -> Callable[[Command], Command]:
     "--planner", "planners", multiple=True, default=("gas",), show_default=True,
     help="gas, ga, gaex, optimal, policy or policy+refine; give it several times to compare.",
 )  # fmt: skip
-@seed_option
+@seed_option("Seed of the search")
 @settings_options
 @click.option(
     "--output", type=click.Path(path_type=Path), default=Path("plan.json"), show_default=True,

@@ -14,8 +14,8 @@ from jet_gym.cli.options import seed_option
     "--output", type=click.Path(path_type=Path), default=Path("reproduction"), show_default=True,
     help="Folder for the page (index.html), pictures, tables (csv) and numbers (json).",
 )  # fmt: skip
-@click.option("--quick", is_flag=True, help="Fewer seeds and coarser grids: two minutes instead of fifteen.")
-@seed_option
+@click.option("--quick", is_flag=True, help="Fewer seeds and coarser grids, in about half of the time.")
+@seed_option("First seed of plans, executions and statistics; further ones follow it")
 def reproduce_command(output: Path, quick: bool, seed: int) -> None:
     """Reproduce the paper on Jet-HR1: Figs. 5 to 11, its tables, and each of its claims.
 

@@ -31,7 +31,7 @@ _SHOWN = 6
     "--trials", type=click.IntRange(min=1), default=100, show_default=True,
     help="Draws of the disturbances; each is tried with feed-forward and with PID.",
 )  # fmt: skip
-@seed_option
+@seed_option("Seed of the disturbances")
 @click.option(
     "--output", type=click.Path(path_type=Path), default=Path(_FILE), show_default=True,
     help=f"File for the trials (json), or a folder for {_FILE}; the limits get a file beside it.",
@@ -79,22 +79,16 @@ def robustness_command(
     and kept, and --resume goes on with it.
     """  # noqa: D301
     from jet_gym.cli.console import progress_bar, say_written
-    from jet_gym.figures import check_figure_path, plot_robustness, save_figure
+    from jet_gym.figures import plot_robustness, save_figure
     from jet_gym.simulation.bullet import require_bullet
     from jet_gym.simulation.disturbances import DisturbanceRanges
     from jet_gym.simulation.limits import find_limits, load_limits
     from jet_gym.simulation.trials import Experiment, load_trials, run_trials
-    from jet_gym.utils.files import check_writable
 
     require_bullet()
     if jobs == 0 or jobs < -1:
         raise click.UsageError("--jobs must be 1 or more, or -1 for one a core")
-    path = output / _FILE if output.is_dir() else output
-    limits_path = with_suffixes(path, "limits")
-    check_writable(path)
-    check_writable(limits_path)
-    if plot is not None:
-        check_figure_path(plot)
+    path, limits_path = _checked_paths(output, plot)
     experiment = Experiment(tuple(_plans(plans)), ranges=DisturbanceRanges().scaled(scale), seed=seed)
     controls = tuple(dict.fromkeys(thrust)) or experiment.controls
     experiment = replace(experiment, settings=with_changes(experiment.settings, changes), controls=controls)
@@ -114,6 +108,20 @@ def robustness_command(
     if plot is not None:
         save_figure(plot_robustness(study.trials, controls, study.limits), plot)
     say_written(path, limits_path if limits else None, plot)
+
+
+def _checked_paths(output: Path, plot: Path | None) -> tuple[Path, Path]:
+    """Return the files for trials and limits; refuse what cannot be written before the work begins."""
+    from jet_gym.figures import check_figure_path
+    from jet_gym.utils.files import check_writable
+
+    path = output / _FILE if output.is_dir() else output
+    limits_path = with_suffixes(path, "limits")
+    check_writable(path)
+    check_writable(limits_path)
+    if plot is not None:
+        check_figure_path(plot)
+    return path, limits_path
 
 
 class _Study:

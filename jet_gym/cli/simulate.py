@@ -29,7 +29,7 @@ FELL = 1
     "--thrust", type=click.Choice(["feedforward", "pid"]), default="feedforward", show_default=True,
     help="The plan's thrust, or with a PID on the pelvis' attitude from the IMU.",
 )  # fmt: skip
-@seed_option
+@seed_option("Seed of the planner of PAPER and of the IMU's noise")
 @click.option("--planner", default="gas", show_default=True, help="Who plans the course PAPER.")
 @click.option("--gui", is_flag=True, help="Show PyBullet's window, in real time.")
 @click.option("--video", type=click.Path(path_type=Path), help="Film (mp4), drawn without a window; extra [video].")
@@ -63,8 +63,7 @@ def simulate_command(
     jet-gym simulate paper --set fan_power=0
 
     The robot stands, shifts its weight, steps, changes its support foot, steps, and stands. Prints a table; exits
-    with 1 if the robot falls, or a foot touches down or slides further from its place than is allowed. The seed is
-    that of the planner and of the IMU's noise.
+    with 1 if the robot falls, or a foot touches down or slides further from its place than is allowed.
     """  # noqa: D301
     from jet_gym.cli.console import console, progress_bar, say_written
     from jet_gym.simulation.bullet import require_bullet

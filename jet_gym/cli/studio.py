@@ -22,7 +22,7 @@ from jet_gym.cli.options import seed_option
     "--motion", type=click.Choice(["forward", "side"]), default="forward", show_default=True,
     help="The paper's motion that the page begins with.",
 )  # fmt: skip
-@seed_option
+@seed_option("Seed of the search")
 def studio_command(port: int, host: str, motion: str, seed: int) -> None:
     """Serve a page on which a step is dragged, planned, played and simulated; Ctrl-C ends it.
 
