@@ -20,6 +20,7 @@ import dataclasses
 import json
 import math
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -48,23 +49,26 @@ from agents.network import Chooses
 from agents.sb3_policy import ScaledObservation, ThrustPolicy, network_of
 from agents.training.callbacks import MODEL, Curriculum, Validate
 from agents.training.imitation import Imitation, ImitationSettings
-from agents.training.run_folder import PROGRESS, describe_run, write_json
+from agents.training.run_folder import PROGRESS, RUN, describe_run, read_run, write_json
 from agents.training.scaling import observation_scale
 from agents.training.schedule import Geometric
 from agents.training.validation import TEST_SEED, VALIDATION_SEED, Score, StepSet
 from agents.training.vec_env import StepVecEnv
 from jet_gym.envs.choices import ChooseThrust
-from jet_gym.errors import JetGymError, SettingsError
+from jet_gym.errors import TOLD, SettingsError, sentence_of
 from jet_gym.task import ENVIRONMENT_ID
 from jet_gym.task.observation import COMPONENTS
 from jet_gym.task.settings import TaskSettings
+from jet_gym.utils.files import check_writable, read_whole
 from jet_gym.utils.interrupts import no_interrupt_lost, terminated_as_interrupted
 from jet_gym.utils.settings import require_within
 
-console = Console(stderr=True)
+console = Console(stderr=True, markup=False)
 _FIRST_SCALE_SEED = 900_000_000  # of the steps that give the scale of observations; training stays below
+_SEEDS_OF_A_RUN = 1_000_000  # of PPO's environments, one a lane; the next run's come after them
+_MOST_SEED = _FIRST_SCALE_SEED // _SEEDS_OF_A_RUN - 1
 _OBSERVED = tuple(component.name for component in COMPONENTS)
-_FIRST_IMITATION_SEED = 10_000_000  # of the steps that the expert plans
+_FIRST_IMITATION_SEED, _IMITATION_SEEDS_OF_A_RUN = 10_000_000, 100_000  # of the steps that the expert plans
 _VALIDATE_ROUNDS = 5  # of imitation
 
 
@@ -73,7 +77,7 @@ class TrainSettings:
     """Settings of a training run."""
 
     seed: int = 0
-    """Seed of everything that is random."""
+    """Seed of everything that is random, 0 to 899."""
     output: Path | None = None
     """Folder of the run; runs/<date>-seed<seed> where omitted. A folder with a run in it is refused."""
     resume: Path | None = None
@@ -107,7 +111,7 @@ class TrainSettings:
     rise: tuple[float, float] = (0.0, 0.0)
     """Shares of the training between which the cost of a violation rises from nothing; 0 0 for all at once."""
     replay: float = 0.0
-    """Share of PPO's episodes that take up a step again that the policy lately failed on."""
+    """Share of PPO's episodes that take up a step again that the policy lately failed on; without physics alone."""
     critic_steps: int = 150_000
     """Environment steps at first in which the critic learns and the actor stays as it is."""
     chooses: Chooses = "thrust"
@@ -145,8 +149,13 @@ class TrainSettings:
             raise SettingsError(f"rise must be two shares of the training, the first one first, not {self.rise}")
         for name in ("gamma", "gae_lambda", "difficulty", "replay"):
             require_within(name, getattr(self, name), most=1.0)
-        if not 0 <= self.seed < 2**31:
-            raise SettingsError(f"seed must be a whole number of 0 or more, not {self.seed}")
+        if not 0 <= self.seed <= _MOST_SEED:
+            reason = "so that training draws no validation or test step"
+            raise SettingsError(f"seed must be 0 to {_MOST_SEED}, {reason}; not {self.seed}")
+        if self.lanes > _SEEDS_OF_A_RUN:
+            raise SettingsError(f"lanes must be {_SEEDS_OF_A_RUN} or fewer, not {self.lanes}")
+        if self.physics == "bullet" and self.replay > 0.0:
+            raise SettingsError("replay must be 0 with bullet physics: only the batch takes up failed steps again")
         if not set(self.hide) <= set(_OBSERVED):
             raise SettingsError(f"hide must name components of the observation, {', '.join(_OBSERVED)}")
         if not self.hidden or min(self.hidden) < 1:
@@ -157,15 +166,14 @@ class TrainSettings:
             raise SettingsError(f"there is no {self.device} here; use --device cpu")
 
 
-def train(settings: TrainSettings) -> Score:
-    """Train a policy; return its score on the test steps."""
-    folder = settings.resume or settings.output or _new_folder(settings.seed)
-    if settings.resume is not None:
-        settings = _settings_of(folder)
-    elif (folder / "run.json").exists():
-        raise SettingsError(
-            f"there is a run in {folder} already; go on with it by --resume {folder}, or choose another"
-        )
+def train(settings: TrainSettings, command: Sequence[str]) -> Score:
+    """Train a policy; return its score on the test steps.
+
+    Args:
+        settings: How.
+        command: What it was asked by, for the run's record.
+    """
+    folder, settings = _open_folder(settings)
     torch.set_num_threads(settings.threads)
     started = perf_counter()
     with console.status("planning the validation steps with GAS and to the optimum"):
@@ -178,9 +186,8 @@ def train(settings: TrainSettings) -> Score:
         best = float(json.loads((checkpoint / "about.json").read_text())["best_cost"])
         console.print(f"going on after {model.num_timesteps} steps")
     else:
-        about, best = describe_run(settings), math.inf
-        folder.mkdir(parents=True, exist_ok=True)
-        write_json(folder / "run.json", about)
+        about, best = describe_run(settings, command), math.inf
+        write_json(folder / RUN, about)
         model = _fresh_model(settings, envs)
         if settings.imitation.rounds > 0 and settings.start_from is None:
             _imitate(model, settings, validation, folder)
@@ -194,6 +201,7 @@ def train(settings: TrainSettings) -> Score:
         settings.deviations, settings.rise, settings.violation_cost, settings.steps, settings.critic_steps
     )
     validate = Validate(validation, folder, settings.validate_every, about, report, best)
+    envs.seed(settings.seed * _SEEDS_OF_A_RUN)  # PPO, made or loaded, seeded them with the run's seed itself
     steps_left = settings.steps - model.num_timesteps
     if steps_left > 0:
         try:
@@ -231,7 +239,6 @@ def _environments(settings: TrainSettings) -> VecEnv:
         envs = make_vec_env(
             f"jet_gym:{ENVIRONMENT_ID}", settings.lanes, env_kwargs=arguments, wrapper_class=wrapper
         )
-    envs.seed(settings.seed * 1_000_000)
     return envs
 
 
@@ -270,7 +277,7 @@ def _imitate(model: PPO, settings: TrainSettings, validation: StepSet, folder: P
         model.policy,
         settings.imitation,
         settings.seed,
-        settings.seed * 100_000 + _FIRST_IMITATION_SEED,
+        settings.seed * _IMITATION_SEEDS_OF_A_RUN + _FIRST_IMITATION_SEED,
         settings.difficulty,
     )
     columns = (TextColumn("imitating the expert"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
@@ -297,7 +304,7 @@ def _imitate(model: PPO, settings: TrainSettings, validation: StepSet, folder: P
 def _go_on(settings: TrainSettings, envs: VecEnv, checkpoint: Path) -> tuple[PPO, dict[str, Any]]:
     """Load the checkpoint of a run; what it saw of its environments is lost, and they begin new episodes."""
     model = PPO.load(checkpoint / MODEL, envs, device=settings.device)
-    return model, json.loads((checkpoint.parent / "run.json").read_text())
+    return model, read_run(checkpoint.parent)
 
 
 def _judge(folder: Path, settings: TrainSettings) -> Score:
@@ -315,29 +322,52 @@ def _judge(folder: Path, settings: TrainSettings) -> Score:
     return score
 
 
+def _open_folder(settings: TrainSettings) -> tuple[Path, TrainSettings]:
+    """Return the run's folder, which is there and can be written to, and the settings, if resumed the run's own."""
+    folder = settings.resume or settings.output or _new_folder(settings.seed)
+    if settings.resume is not None:
+        settings = _settings_of(folder)
+    elif (folder / RUN).exists():
+        raise SettingsError(
+            f"there is a run in {folder} already; go on with it by --resume {folder}, or choose another"
+        )
+    elif settings.start_from is not None:
+        read_whole(settings.start_from)
+    folder.mkdir(parents=True, exist_ok=True)
+    check_writable(folder / RUN)
+    return folder, settings
+
+
 def _new_folder(seed: int) -> Path:
     return Path("runs") / f"{datetime.now():%Y-%m-%d-%H%M%S}-seed{seed}"
 
 
 def _settings_of(folder: Path) -> TrainSettings:
     """Return the settings of an earlier run."""
+    saved = read_run(folder)["settings"]
     try:
-        saved = json.loads((folder / "run.json").read_text())["settings"]
         paths = {name: Path(saved[name]) if saved[name] else None for name in ("output", "resume", "start_from")}
         imitation = ImitationSettings(**saved.pop("imitation"))
         pairs = {name: tuple(saved[name]) for name in ("hidden", "learning_rates", "deviations", "rise", "hide")}
         return TrainSettings(**(saved | paths | pairs), imitation=imitation)
-    except (OSError, KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         raise SettingsError(f"{folder} holds no run to go on with: {error}") from error
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run the command; return its exit code."""
+def main(arguments: Sequence[str] | None = None, program: str = "train.py") -> int:
+    """Run the command; return its exit code.
+
+    Args:
+        arguments: Its arguments; those of this process where ``None``.
+        program: What ``--help`` calls it.
+    """
+    arguments = sys.argv[1:] if arguments is None else arguments
     try:
         with no_interrupt_lost(), terminated_as_interrupted():
-            train(parse_arguments(TrainSettings, arguments, __doc__))
-    except JetGymError as error:
-        console.print(f"error: {error}", style="red", soft_wrap=True, highlight=False)
+            settings = parse_arguments(TrainSettings, arguments, __doc__, program)
+            train(settings, ["python", "train.py", *arguments])
+    except TOLD as error:
+        console.print(f"error: {sentence_of(error)}", style="red", soft_wrap=True, highlight=False)
         return 2
     except KeyboardInterrupt:
         console.print("interrupted; what was written is whole")

@@ -1,4 +1,4 @@
-"""Errors that a caller may want to catch, one class per kind of failure."""
+"""Errors that a caller may want to catch, one class per kind of failure, and how a command tells them."""
 
 
 class JetGymError(Exception):
@@ -31,3 +31,19 @@ class PolicyFileError(JetGymError, ValueError):
 
 class InfeasibleStepError(JetGymError):
     """A step with a swing point for which no posture satisfies the constraints."""
+
+
+TOLD = (JetGymError, ValueError, OSError)
+"""What a command tells in a sentence: bad input, and files that cannot be read or written."""
+
+
+def sentence_of(error: Exception) -> str:
+    """Return in one line what an error says; of a file, which one and what is wrong with it."""
+    if isinstance(error, OSError):
+        return in_one_line(f"{error.filename or 'file'}: {error.strerror or error}")
+    return in_one_line(str(error))
+
+
+def in_one_line(sentence: str) -> str:
+    """Return a sentence without the line breaks that are in it where the user gave some."""
+    return " ".join(line.strip() for line in sentence.splitlines())

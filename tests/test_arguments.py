@@ -57,20 +57,24 @@ def test_a_wrong_argument_is_one_sentence(
 ) -> None:
     monkeypatch.setenv("COLUMNS", width)
     with pytest.raises(SettingsError) as error:
-        parse_arguments(Settings, arguments, None)
+        parse_arguments(Settings, arguments, None, "train.py")
     assert str(error.value) == sentence
     assert capsys.readouterr() == ("", "")
 
 
 def test_right_arguments_are_read() -> None:
-    assert parse_arguments(Settings, ["--seed", "3", "--pair", "1", "2"], None) == Settings(3, pair=(1.0, 2.0))
+    assert parse_arguments(Settings, ["--seed", "3", "--pair", "1", "2"], None, "train.py") == Settings(
+        3, pair=(1.0, 2.0)
+    )
 
 
 def test_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as end:
-        parse_arguments(Settings, ["--help"], "What it does.")
+        parse_arguments(Settings, ["--help"], "What it does.", "jet-gym train")
     assert not end.value.code
-    assert "Two numbers" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "Two numbers" in said
+    assert said.startswith("usage: jet-gym train ")
 
 
 @pytest.mark.parametrize(

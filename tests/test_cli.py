@@ -119,7 +119,7 @@ def test_commands_have_help_with_units(capsys: pytest.CaptureFixture[str]) -> No
         ("compare", "seed of the steps"),
         ("dataset", "seed of the steps and of the planners"),
         ("simulate", "seed of the planner of paper and of the imu's noise"),
-        ("robustness", "seed of the disturbances"),
+        ("robustness", "seed of the disturbances and of the imu's noise"),
         ("reproduce", "first seed of plans, executions and statistics"),
         ("balance-space", "nothing is drawn at random"),
     ],

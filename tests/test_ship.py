@@ -17,7 +17,7 @@ from agents.policy import SHIPPED_POLICY, PolicyPlanner
 pytest.importorskip("stable_baselines3")
 
 from agents.training import ship
-from agents.training.validation import TEST_SEED, drawn_steps
+from agents.training.validation import TEST_SEED, StepSet, drawn_steps
 
 STEPS = 4
 
@@ -30,9 +30,84 @@ def shipped(tmp_path_factory: pytest.TempPathFactory) -> Path:
     about = json.loads((SHIPPED_POLICY.parent / "about.json").read_text())
     (run / "run.json").write_text(json.dumps(about["trained_by"]))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("sys.argv", ["ship", str(run), "--target", str(target), "--steps", str(STEPS)])
-        ship.main()
+        assert _ship(patch, run, "--target", target, "--steps", STEPS) == 0
     return target
+
+
+def _ship(patch: pytest.MonkeyPatch, *arguments: object) -> int:
+    patch.setattr("sys.argv", ["ship", *map(str, arguments)])
+    return ship.main()
+
+
+@pytest.fixture
+def a_run(tmp_path: Path) -> Path:
+    """A run with the policy that ships."""
+    shutil.copytree(SHIPPED_POLICY.parent, tmp_path / "run" / "best")
+    about = json.loads((SHIPPED_POLICY.parent / "about.json").read_text())
+    (tmp_path / "run" / "run.json").write_text(json.dumps(about["trained_by"]))
+    return tmp_path / "run"
+
+
+@pytest.mark.parametrize(
+    ("lacking", "sentence"),
+    [
+        ("best/policy.npz", "policy.npz: No such file"),
+        ("best/model.zip", "model.zip: No such file"),
+        ("run.json", "holds no run: "),
+    ],
+)
+def test_a_run_that_is_not_whole_is_refused_in_a_sentence_before_any_work(
+    a_run: Path,
+    lacking: str,
+    sentence: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (a_run / lacking).unlink()
+    monkeypatch.setattr(StepSet, "drawn", lambda *_: pytest.fail("it planned"))
+    assert _ship(monkeypatch, a_run, "--target", tmp_path / "card") == 2
+    said = capsys.readouterr().err
+    assert said.startswith("error: ")
+    assert said.count("\n") == 1
+    assert sentence in said
+    assert not (tmp_path / "card").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--target", "/proc/nope"], "error: /proc/nope: No such file or directory\n"),
+        (["--target", "card", "--steps", "0"], "error: steps must be a whole number of 1 or more, not 0\n"),
+        (
+            ["--target", "card", "--validation-steps", "-1"],
+            "error: validation_steps must be a whole number of 1 or more, not -1\n",
+        ),
+    ],
+)
+def test_bad_input_is_one_sentence_and_exit_code_2(
+    a_run: Path,
+    arguments: list[str],
+    sentence: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(a_run)
+    assert _ship(monkeypatch, a_run, *arguments) == 2
+    assert capsys.readouterr().err == sentence
+
+
+def test_a_model_that_shipped_before_is_replaced_and_not_written_into(
+    a_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Written into, it would be half of one where the writing stops."""
+    target, other_name = tmp_path / "card", tmp_path / "other"
+    target.mkdir()
+    (target / "model.zip").write_bytes(b"of before")
+    other_name.hardlink_to(target / "model.zip")
+    assert _ship(monkeypatch, a_run, "--target", target, "--steps", 2) == 0
+    assert (target / "model.zip").read_bytes() == SHIPPED_POLICY.with_name("model.zip").read_bytes()
+    assert other_name.read_bytes() == b"of before"
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from types import ModuleType
 
 ROOT = Path(__file__).resolve().parents[1]
 TINY = [
@@ -41,13 +42,18 @@ TINY = [
 ]
 
 
-def train(*arguments: str) -> int:
+def script() -> ModuleType:
+    """Return ``train.py`` as a module."""
     sys.path.insert(0, str(ROOT))
     try:
-        import train as script
+        import train as module
     finally:
         sys.path.pop(0)
+    return module
+
+
+def train(*arguments: str) -> int:
     try:
-        return script.main(list(arguments))
+        return int(script().main(list(arguments)))
     except SystemExit as stopped:  # bad arguments
         return int(stopped.code or 0)

@@ -15,13 +15,16 @@ from jet_gym.errors import SettingsError
 Settings = TypeVar("Settings")
 
 
-def parse_arguments(settings: type[Settings], arguments: Sequence[str] | None, description: str | None) -> Settings:
+def parse_arguments(
+    settings: type[Settings], arguments: Sequence[str], description: str | None, program: str
+) -> Settings:
     """Return the settings that arguments ask for.
 
     Args:
         settings: A dataclass; its fields are the options.
-        arguments: The arguments; those of this process where ``None``.
+        arguments: The arguments.
         description: What ``--help`` begins with.
+        program: What ``--help`` calls the program.
 
     Raises:
         SettingsError: If an argument is wrong; a sentence.
@@ -30,7 +33,7 @@ def parse_arguments(settings: type[Settings], arguments: Sequence[str] | None, d
     told = io.StringIO()
     try:
         with contextlib.redirect_stderr(told):
-            return tyro.cli(settings, args=arguments, description=description)
+            return tyro.cli(settings, args=arguments, description=description, prog=program)
     except SystemExit as end:
         if not end.code:
             raise

@@ -78,8 +78,15 @@ class Curriculum(BaseCallback):
         begin, end = self._rise
         if end > 0.0:
             risen = min(max((share - begin) / max(end - begin, 1e-9), 0.0), 1.0)
-            self.training_env.set_attr("violation_cost", risen * self._violation_cost)
+            self._set_violation_cost(risen * self._violation_cost)
             self.logger.record("train/violation_cost", risen * self._violation_cost)
+
+    def _set_violation_cost(self, cost: float) -> None:
+        """Set it in the batch, or in each environment, below its wrappers, where set_attr would stop."""
+        if isinstance(self.training_env, StepVecEnv):
+            self.training_env.set_attr("violation_cost", cost)
+        else:
+            self.training_env.env_method("set_wrapper_attr", "violation_cost", cost)
 
     def _on_step(self) -> bool:
         return True

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 from agents.training.run_folder import PROGRESS, read_progress
+from jet_gym.errors import TOLD, sentence_of
 from jet_gym.figures.learning_curves import plot_learning_curves
 from jet_gym.figures.saving import check_figure_path, save_figure
 
@@ -27,8 +28,8 @@ def main() -> int:
                 raise ValueError(f"{run} holds no run")
         runs = [read_progress(run) for run in arguments.runs]
         save_figure(plot_learning_curves(runs), path)
-    except (OSError, ValueError, KeyError) as error:
-        print(f"error: {error}", file=sys.stderr)
+    except (*TOLD, KeyError) as error:
+        print(f"error: {sentence_of(error)}", file=sys.stderr)
         return 2
     for folder, run in zip(arguments.runs, runs, strict=True):
         last, seconds = run["validations"][-1], sum(part[-1]["seconds"] for part in run.values() if part)

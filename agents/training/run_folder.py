@@ -6,28 +6,44 @@ import dataclasses
 import json
 import platform
 import subprocess
-import sys
+from collections.abc import Sequence
 from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from jet_gym.utils.files import write_whole
+from jet_gym.errors import SettingsError, sentence_of
+from jet_gym.utils.files import read_whole, write_whole
 
-PROGRESS = "progress.json"
+RUN, PROGRESS = "run.json", "progress.json"
 _PACKAGES = ("jet-gym", "gymnasium", "stable-baselines3", "torch", "numpy", "numba", "pybullet")
 
 
-def describe_run(settings: Any) -> dict[str, Any]:
+def describe_run(settings: Any, command: Sequence[str]) -> dict[str, Any]:
     """Return settings (a dataclass), versions, command and git revision of this run as plain data."""
     return {
         "settings": {name: _plain(value) for name, value in dataclasses.asdict(settings).items()},
-        "command": ["python", *sys.argv],
+        "command": list(command),
         "started": datetime.now(timezone.utc).isoformat(timespec="seconds"),
         "python": platform.python_version(),
         "versions": {name: found for name in _PACKAGES if (found := _version(name)) is not None},
         "git_revision": git_revision(),
     }
+
+
+def read_run(folder: Path) -> dict[str, Any]:
+    """Return what :func:`describe_run` said of the run in a folder.
+
+    Raises:
+        SettingsError: If it holds none, or a damaged one.
+    """
+    try:
+        about: dict[str, Any] = json.loads(read_whole(folder / RUN))
+        if not (isinstance(about, dict) and {"settings", "command"} <= set(about)):
+            raise ValueError("its settings and its command are missing")
+    except (OSError, ValueError) as error:
+        raise SettingsError(f"{folder} holds no run: {sentence_of(error)}") from error
+    return about
 
 
 def git_revision() -> str | None:

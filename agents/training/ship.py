@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import json
 import math
-import shutil
+import shlex
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -23,11 +23,13 @@ from agents.paths.refinement import RefinementSettings
 from agents.planner import make_planner
 from agents.policy import PolicyPlanner
 from agents.training.callbacks import MODEL, NETWORK
-from agents.training.run_folder import write_json
+from agents.training.run_folder import read_run, write_json
 from agents.training.validation import TEST_SEED, VALIDATION_SEED, Score, StepSet, drawn_steps
+from jet_gym.errors import TOLD, SettingsError, sentence_of
 from jet_gym.step import Step
 from jet_gym.task import ENVIRONMENT_ID
-from jet_gym.utils.files import write_whole
+from jet_gym.utils.files import check_writable, read_whole, write_whole
+from jet_gym.utils.settings import require_whole
 
 REFINE = RefinementSettings.candidates
 _KINDS: dict[str, Callable[[Step], bool]] = {
@@ -74,8 +76,19 @@ def ship(run: Path, target: Path, count: int) -> None:
         run: The run's folder.
         target: The folder that ships.
         count: Number of test steps.
+
+    Raises:
+        PolicyFileError: If the run has no best policy, or it is damaged.
+        SettingsError: If the folder holds no run.
+        OSError: If a file cannot be read or written.
     """
     network = PolicyNetwork.load(run / "best" / NETWORK)
+    run_settings, model = read_run(run), read_whole(run / "best" / MODEL)
+    if "timesteps" not in network.about:
+        raise SettingsError(f"{run / 'best' / NETWORK} does not say after how many timesteps it was written")
+    target.mkdir(parents=True, exist_ok=True)
+    for name in (NETWORK, MODEL, "about.json", "README.md"):
+        check_writable(target / name)
     test = StepSet.drawn(count, TEST_SEED)
     plans = {name: PolicyPlanner(model=network, refine=k).plan_many(test.steps) for name, k in _variants().items()}
     scores = {name: test.score_plans(found) for name, found in plans.items()}
@@ -86,7 +99,6 @@ def ship(run: Path, target: Path, count: int) -> None:
             continue
         part = StepSet([test.steps[row] for row in rows], test.gas[rows], test.optimal[rows])
         kinds[kind] = {name: part.score_plans([found[row] for row in rows]) for name, found in plans.items()}
-    run_settings = json.loads((run / "run.json").read_text())
     about = {
         "environment": ENVIRONMENT_ID,
         "sha256": network.sha256,
@@ -100,9 +112,8 @@ def ship(run: Path, target: Path, count: int) -> None:
             for kind, found in kinds.items()
         },
     }
-    target.mkdir(parents=True, exist_ok=True)
     replace(network, about=network.about | {"test": about["test"]}).save(target / NETWORK)
-    shutil.copyfile(run / "best" / MODEL, target / MODEL)
+    write_whole(target / MODEL, model)
     write_json(target / "about.json", about)
     write_whole(target / "README.md", _card(about, scores, kinds).encode())
 
@@ -112,7 +123,7 @@ def _variants() -> dict[str, int]:
 
 
 def _card(about: dict[str, Any], scores: dict[str, Score], kinds: dict[str, dict[str, Score]]) -> str:
-    command = " ".join(about["trained_by"]["command"])
+    command = shlex.join(about["trained_by"]["command"])
     settings = about["trained_by"]["settings"]
     lines = [
         f"# The policy for {ENVIRONMENT_ID}",
@@ -150,16 +161,26 @@ def _card(about: dict[str, Any], scores: dict[str, Score], kinds: dict[str, dict
     return "\n".join(lines)
 
 
-def main() -> None:
-    """Run the command."""
+def main() -> int:
+    """Run the command; return its exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", type=Path, nargs="+", help="folders of training runs")
     parser.add_argument("--validation-steps", type=int, default=2000, help="steps that choose among several runs")
     parser.add_argument("--target", type=Path, required=True, help="folder to make")
     parser.add_argument("--steps", type=int, default=400, help="number of test steps")
     arguments = parser.parse_args()
-    ship(best_run(arguments.runs, arguments.validation_steps), arguments.target, arguments.steps)
+    try:
+        for name in ("steps", "validation_steps"):
+            require_whole(name, getattr(arguments, name), 1)
+        ship(best_run(arguments.runs, arguments.validation_steps), arguments.target, arguments.steps)
+    except KeyError as error:
+        print(f"error: the files of the run lack {error}", file=sys.stderr)
+        return 2
+    except TOLD as error:
+        print(f"error: {sentence_of(error)}", file=sys.stderr)
+        return 2
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

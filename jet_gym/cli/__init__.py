@@ -18,7 +18,7 @@ from jet_gym.cli.simulate import simulate_command
 from jet_gym.cli.studies import claims_command, sweep_command
 from jet_gym.cli.studio import studio_command
 from jet_gym.cli.train import train_command
-from jet_gym.errors import JetGymError
+from jet_gym.errors import TOLD, in_one_line, sentence_of
 from jet_gym.utils.interrupts import no_interrupt_lost, terminated_as_interrupted
 
 BAD_INPUT = 2
@@ -68,17 +68,14 @@ def run(arguments: Sequence[str] | None = None) -> int:
         click.echo(error.format_message(), err=True)
         return BAD_INPUT
     except click.ClickException as error:
-        return _fail(error.format_message())
+        return _fail(in_one_line(error.format_message()))
     except (click.Abort, KeyboardInterrupt):
         return _fail("interrupted; what was written is whole", INTERRUPTED)
-    except OSError as error:
-        return _fail(f"{error.filename or 'file'}: {error.strerror or error}")
-    except (JetGymError, ValueError) as error:
-        return _fail(str(error))
+    except TOLD as error:
+        return _fail(sentence_of(error))
     return outcome if isinstance(outcome, int) else 0
 
 
 def _fail(sentence: str, code: int = BAD_INPUT) -> int:
-    lines = (line.strip() for line in sentence.splitlines())  # what the user gave may hold line breaks
-    click.echo(f"jet-gym: {' '.join(lines)}", err=True)
+    click.echo(f"jet-gym: {sentence}", err=True)
     return code

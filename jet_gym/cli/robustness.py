@@ -31,7 +31,7 @@ _SHOWN = 6
     "--trials", type=click.IntRange(min=1), default=100, show_default=True,
     help="Draws of the disturbances; each is tried with feed-forward and with PID.",
 )  # fmt: skip
-@seed_option("Seed of the disturbances")
+@seed_option("Seed of the disturbances and of the IMU's noise")
 @click.option(
     "--output", type=click.Path(path_type=Path), default=Path(_FILE), show_default=True,
     help=f"File for the trials (json), or a folder for {_FILE}; the limits get a file beside it.",

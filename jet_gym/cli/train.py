@@ -29,8 +29,7 @@ def train_command(arguments: tuple[str, ...]) -> int:
         raise JetGymError(
             f"training needs {error.name}: pip install torch==2.13.0, and then 'jet-gym[train]'"
         ) from error
-    sys.argv = [f"jet-gym {sys.argv[1]}" if len(sys.argv) > 1 else "jet-gym train", *arguments]
-    code: int = script.main(list(arguments))
+    code: int = script.main(list(arguments), "jet-gym train")
     return code
 
 

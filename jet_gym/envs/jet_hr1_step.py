@@ -309,6 +309,15 @@ class JetHR1StepEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]], EzPickle)
             self.render()
         return self._observe(), reward, terminated, False, info
 
+    @property
+    def violation_cost(self) -> float:
+        """What a violated constraint costs at least in the graded reward; may be set, for a curriculum."""
+        return self.model.violation_cost
+
+    @violation_cost.setter
+    def violation_cost(self, cost: float) -> None:
+        self.model.violation_cost = cost
+
     def action_to(self, pelvis: ArrayLike) -> Array:
         """Return the action (3,) that moves the pelvis to a position (3,) [m], world frame.
 
