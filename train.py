@@ -268,7 +268,12 @@ def _fresh_model(settings: TrainSettings, envs: VecEnv) -> PPO:
         device=settings.device,
     )
     if settings.start_from is not None:
-        model.set_parameters(str(settings.start_from), device=settings.device)
+        try:
+            model.set_parameters(str(settings.start_from), device=settings.device)
+        except Exception as error:  # whatever torch and Stable-Baselines3 raise on another network, or on no model
+            raise SettingsError(
+                f"{settings.start_from} does not fit this network, or is no model: {error}"
+            ) from error
     return model
 
 

@@ -79,12 +79,15 @@ def test_the_best_of_several_runs_is_that_of_least_cost(tmp_path: Path, capsys: 
     assert "of points violated" in capsys.readouterr().out
 
 
-def test_bullet_fine_tunes_from_a_model(tmp_path: Path) -> None:
+def test_bullet_fine_tunes_from_a_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert train(*TINY, "--output", str(tmp_path / "first")) == 0
     start = ["--start-from", str(tmp_path / "first" / "best" / "model.zip")]
     bullet = ["--physics", "bullet", "--steps", "40", "--lanes", "2", "--rollout", "20", "--batch-size", "20"]
     assert train(*TINY, *bullet, *start, "--output", str(tmp_path / "bullet")) == 0
     assert (tmp_path / "bullet" / "test.json").exists()
+    capsys.readouterr()
+    assert train(*TINY, *start, "--hidden", "8", "--output", str(tmp_path / "other")) == 2
+    assert "does not fit this network" in "".join(capsys.readouterr().err.splitlines())
 
 
 @pytest.mark.parametrize(

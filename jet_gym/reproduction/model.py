@@ -44,7 +44,7 @@ class Settings:
             require_within(name, getattr(self, name), least, 1e6)
 
     def quick(self) -> Settings:
-        """Return settings that take a tenth of the time."""
+        """Return settings that take about half of the time."""
         return replace(
             self, plans=5, space_resolution=40.0, study_plans=3, thrust_resolution=10.0, trials=2, draws=2, rounds=3
         )
