@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("tyro")
 
-from agents.training.arguments import parse_arguments, sentence_of
+from agents.training.arguments import parse_arguments, sentence_in
 from jet_gym.cli import train
 from jet_gym.errors import SettingsError
 
@@ -86,7 +86,7 @@ def test_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
     ],
 )
 def test_boxes_are_read_as_they_are_drawn(box: str) -> None:
-    assert sentence_of(box) == "it is wrong"
+    assert sentence_in(box) == "it is wrong"
 
 
 def test_the_training_script_tells_it_so(capsys: pytest.CaptureFixture[str]) -> None:

@@ -37,10 +37,10 @@ def parse_arguments(
     except SystemExit as end:
         if not end.code:
             raise
-        raise SettingsError(sentence_of(told.getvalue())) from end
+        raise SettingsError(sentence_in(told.getvalue())) from end
 
 
-def sentence_of(box: str) -> str:
+def sentence_in(box: str) -> str:
     """Return in one line what a box of tyro says: what is wrong, and what was perhaps meant.
 
     A box has a title, what is wrong, and, each below a line across, options that are like the one given and where
