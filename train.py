@@ -65,10 +65,9 @@ from jet_gym.utils.settings import require_within
 
 console = Console(stderr=True, markup=False)
 _FIRST_SCALE_SEED = 900_000_000  # of the steps that give the scale of observations; training stays below
-_SEEDS_OF_A_RUN = 1_000_000  # of PPO's environments, one a lane; the next run's come after them
-_MOST_SEED = _FIRST_SCALE_SEED // _SEEDS_OF_A_RUN - 1
 _OBSERVED = tuple(component.name for component in COMPONENTS)
 _FIRST_IMITATION_SEED, _IMITATION_SEEDS_OF_A_RUN = 10_000_000, 100_000  # of the steps that the expert plans
+_MOST_SEED = (_FIRST_SCALE_SEED - _FIRST_IMITATION_SEED) // _IMITATION_SEEDS_OF_A_RUN - 1
 _VALIDATE_ROUNDS = 5  # of imitation
 
 
@@ -77,7 +76,7 @@ class TrainSettings:
     """Settings of a training run."""
 
     seed: int = 0
-    """Seed of everything that is random, 0 to 899."""
+    """Seed of everything that is random, 0 to 8899; that of lane i of PPO is seed + i."""
     output: Path | None = None
     """Folder of the run; runs/<date>-seed<seed> where omitted. A folder with a run in it is refused."""
     resume: Path | None = None
@@ -152,8 +151,8 @@ class TrainSettings:
         if not 0 <= self.seed <= _MOST_SEED:
             reason = "so that training draws no validation or test step"
             raise SettingsError(f"seed must be 0 to {_MOST_SEED}, {reason}; not {self.seed}")
-        if self.lanes > _SEEDS_OF_A_RUN:
-            raise SettingsError(f"lanes must be {_SEEDS_OF_A_RUN} or fewer, not {self.lanes}")
+        if self.lanes > _IMITATION_SEEDS_OF_A_RUN:
+            raise SettingsError(f"lanes must be {_IMITATION_SEEDS_OF_A_RUN} or fewer, not {self.lanes}")
         if self.physics == "bullet" and self.replay > 0.0:
             raise SettingsError("replay must be 0 with bullet physics: only the batch takes up failed steps again")
         if not set(self.hide) <= set(_OBSERVED):
@@ -201,7 +200,6 @@ def train(settings: TrainSettings, command: Sequence[str]) -> Score:
         settings.deviations, settings.rise, settings.violation_cost, settings.steps, settings.critic_steps
     )
     validate = Validate(validation, folder, settings.validate_every, about, report, best)
-    envs.seed(settings.seed * _SEEDS_OF_A_RUN)  # PPO, made or loaded, seeded them with the run's seed itself
     steps_left = settings.steps - model.num_timesteps
     if steps_left > 0:
         try:

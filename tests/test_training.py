@@ -96,9 +96,9 @@ def test_bullet_fine_tunes_from_a_model(tmp_path: Path, capsys: pytest.CaptureFi
         ["--steps", "0"],
         ["--gamma", "2"],
         ["--seed", "-1"],
-        ["--seed", "900"],
-        ["--seed", "1000"],
-        ["--lanes", "1000001"],
+        ["--seed", "8900"],
+        ["--seed", "9900"],
+        ["--lanes", "100001"],
         ["--replay", "0.5", "--physics", "bullet"],
         ["--batch-size", "100000"],
         ["--resume", "no/such/run"],
@@ -144,15 +144,15 @@ def test_files_that_cannot_be_are_told_before_any_work(
 def test_the_highest_seed_draws_no_validation_or_test_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every seed that anything is reset with in a whole training is noted."""
     single, lanes = _noted_seeds(monkeypatch, JetHR1StepEnv), _noted_seeds(monkeypatch, JetHR1StepVectorEnv)
-    assert train(*TINY, "--seed", "899", "--output", str(tmp_path / "run")) == 0
-    assert lanes == [899_000_000 + lane for lane in range(4)]
+    assert train(*TINY, "--seed", "8899", "--output", str(tmp_path / "run")) == 0
+    assert lanes == [8899 + lane for lane in range(4)]
     apart = {VALIDATION_SEED + step for step in range(4)} | {TEST_SEED + step for step in range(3)}
     assert apart <= set(single)
     drawn = sorted(set(single) - apart)
     imitated, scaled = drawn[:12], drawn[12:]  # 8 steps at first, and 2 in each of two rounds
     assert imitated == list(range(imitated[0], imitated[0] + 12))
     assert scaled == [900_000_000 + step for step in range(150)]
-    full = script().TrainSettings(seed=899)
+    full = script().TrainSettings(seed=8899)
     planned = full.imitation.first_steps + full.imitation.rounds * full.imitation.steps_per_round
     highest = (lanes[0] + full.lanes - 1, imitated[0] + planned - 1, scaled[-1])
     assert max(highest) < VALIDATION_SEED
