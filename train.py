@@ -185,9 +185,9 @@ def train(settings: TrainSettings, command: Sequence[str]) -> Score:
         best = float(json.loads((checkpoint / "about.json").read_text())["best_cost"])
         console.print(f"going on after {model.num_timesteps} steps")
     else:
+        model = _fresh_model(settings, envs)
         about, best = describe_run(settings, command), math.inf
         write_json(folder / RUN, about)
-        model = _fresh_model(settings, envs)
         if settings.imitation.rounds > 0 and settings.start_from is None:
             _imitate(model, settings, validation, folder)
             console.print(f"after imitation: {validation.score(network_of(model.policy))}")
@@ -305,7 +305,7 @@ def _imitate(model: PPO, settings: TrainSettings, validation: StepSet, folder: P
 
 
 def _go_on(settings: TrainSettings, envs: VecEnv, checkpoint: Path) -> tuple[PPO, dict[str, Any]]:
-    """Load the checkpoint of a run; what it saw of its environments is lost, and they begin new episodes."""
+    """Load the checkpoint of a run; what it saw of its environments is lost, and they begin anew."""
     model = PPO.load(checkpoint / MODEL, envs, device=settings.device)
     return model, read_run(checkpoint.parent)
 

@@ -88,6 +88,7 @@ def test_bullet_fine_tunes_from_a_model(tmp_path: Path, capsys: pytest.CaptureFi
     capsys.readouterr()
     assert train(*TINY, *start, "--hidden", "8", "--output", str(tmp_path / "other")) == 2
     assert "does not fit this network" in "".join(capsys.readouterr().err.splitlines())
+    assert list((tmp_path / "other").iterdir()) == []
 
 
 @pytest.mark.parametrize(
